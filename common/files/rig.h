@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// rig.toml (what the station is made of) and plan.toml (what a session shall take), parsed once into structs.
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "common/tissue/tissue.h"
+
+namespace dermap {
+
+struct WheelSlot {
+  int slot = 0;                // counts from 1, as on the wheel's face
+  double wavelength_nm = 0.0;  // 0 for the opaque slot
+  double fwhm_nm = 10.0;
+  bool opaque = false;
+};
+
+struct RigConfig {
+  std::string name;
+  std::string camera_driver = "simulated";
+  std::string wheel_driver = "simulated";
+  std::vector<WheelSlot> slots;
+  double window_mm = 7.5;          // side of the square cut into the tape
+  double view_angle_deg = 30.0;    // between the camera's axis and the skin's normal
+  std::filesystem::path spectralon_csv = "spectra/spectralon_99_labsphere.csv";  // relative to the config directory
+  double gray_card_reflectance = 0.30;
+  std::array<double, 4> gray_card_region{0.80, 0.25, 0.14, 0.5};  // x, y, width, height as shares of the frame
+  std::filesystem::path simulated_scene;  // for the simulated drivers: a scene TOML
+};
+
+struct PlannedExposure {
+  int slot = 0;
+  double exposure_ms = 10.0;  // [D08 6.2] 1/100 s
+  int iso = 400;
+};
+
+struct PlanConfig {
+  std::string subject;  // a code, never a name
+  std::string site;
+  std::string notes;
+  int black_frames = 1;       // for each distinct exposure and ISO
+  int spectralon_frames = 1;  // for each filter
+  int skin_frames = 1;        // for each filter
+  std::vector<PlannedExposure> exposures;
+};
+
+RigConfig ReadRig(const std::filesystem::path& path);
+PlanConfig ReadPlan(const std::filesystem::path& path);
+
+}  // namespace dermap

@@ -1,0 +1,77 @@
+// SPDX-License-Identifier: Apache-2.0
+// The heterogeneous two-layer forward model [D08 eq. 5-9] in gather form: maps of parameters in, reflectance out.
+#pragma once
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "common/core/image.h"
+#include "common/core/progress.h"
+#include "common/optics/profile_table.h"
+#include "common/tissue/tissue.h"
+#include "common/transport/conditions.h"
+
+namespace dermap {
+
+enum class Engine {
+  kCascade,  // the paper's: 18 separable blurs at full resolution, each made from the last; the slow twin for ever
+  kPyramid,  // the same sum with wide Gaussians at reduced resolution
+};
+
+struct ForwardOptions {
+  Engine engine = Engine::kPyramid;
+  int terms = 5;            // terms of [D08 eq. 7] after Phi * R1+ (the paper: 4 for blue light, 5 for green and red)
+  double margin_mm = 1.9;   // skin around the patch that takes part: beneath the tape, or beyond the border
+  // Whether every band with a width is rendered at several wavelengths of its filter. If not, it is rendered once, at its
+  // centre, and corrected by the ratio of local closed forms (cheap; the error is tested).
+  bool full_band_integration = false;
+};
+
+// Tables and absorbers of a set of bands; built once, then read by any thread.
+struct BandOptics {
+  Band band;
+  struct Node {  // one wavelength of the filter's curve
+    double weight;
+    Absorbers absorbers;
+    BandTables tables;
+  };
+  std::vector<Node> nodes;  // the centre is nodes[center]; one node where the width is 0
+  int center = 0;
+};
+
+class ForwardModel {
+ public:
+  ForwardModel(const Chromophores& chromophores, const ProfileSource& source, const TissueConfig& tissue,
+               std::span<const Band> bands, const ImagingConditions& conditions, const ForwardOptions& options,
+               const ProgressFunction& progress = {});
+  ~ForwardModel();
+  ForwardModel(ForwardModel&&) noexcept;
+
+  int band_count() const;
+  const ImagingConditions& conditions() const;
+  const TissueConfig& tissue() const;
+  const std::vector<BandOptics>& optics() const;
+
+  // Reflectance of the patch, one plane a band, of the maps' shape. Bands run in parallel.
+  // `light`: relative irradiance on the patch, one plane a band, one for all, or empty (1 everywhere).
+  std::vector<PlaneF> Render(const ParameterMaps& maps, std::span<const PlaneF> light = {}) const;
+  PlaneF RenderBand(int band, const ParameterMaps& maps, const PlaneF* light = nullptr) const;
+
+  // Reflectance of uniform skin under wide light in this geometry (closed form, no lateral transport), filter's width
+  // included; the gradient is by the five parameters.
+  double LocalReflectance(int band, const ParameterVector& p, double junction_absorbance) const;
+  double LocalReflectance(int band, const ParameterVector& p, double junction_absorbance,
+                          ParameterVector& gradient) const;
+
+ private:
+  struct Impl;
+  std::unique_ptr<Impl> impl_;
+};
+
+// What a reflectance factor seen at 30 degrees is to the hemispherical reflectance, for light that is diffuse inside:
+// (1 - F(30)) / (2 int_0^1 (1 - F(mu)) mu dmu), F Fresnel's reflectance from outside.
+double ExitAngleFactor(Geometry geometry, double n_outside, double n_skin);
+
+}  // namespace dermap
