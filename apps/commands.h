@@ -1,0 +1,12 @@
+// SPDX-License-Identifier: Apache-2.0
+// The commands, one function (and one file) each. argv[0] is the command's own name.
+#pragma once
+
+namespace dermap {
+
+int RunCaptureCommand(int argc, char** argv);
+int RunCalibrateCommand(int argc, char** argv);
+int RunFitCommand(int argc, char** argv);
+int RunRenderCommand(int argc, char** argv);
+
+}  // namespace dermap
