@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a fit returns: maps with error bars, predictions, flags and the record of how it went. Not converging is a
-// result, never an exception.
+// What a fit returns: maps with error bars, predictions, flags and the record of how it went. Not converging
+// is a result, never an exception.
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -15,8 +16,8 @@ namespace dermap {
 
 // Bits of flags.exr, one mask a pixel.
 enum FitFlag : std::uint32_t {
-  kFlagAtBound = 1,           // a free parameter ended at a bound of [D08 table 1]
-  kFlagSaturated = 2,         // masked in the stack: saturated, dead or invalid; parameters are the neighbours' mean
+  kFlagAtBound = 1,    // a free parameter ended at a bound of [D08 table 1]
+  kFlagSaturated = 2,  // masked in the stack: saturated, dead or invalid; parameters are the neighbours' mean
   kFlagNotConverged = 4,      // the pixel's own residual is far above its noise
   kFlagNotIdentifiable = 8,   // sigma of a free parameter exceeds half of its range
   kFlagOutsideValidity = 16,  // reflectance outside what the model can produce
@@ -32,14 +33,15 @@ struct FitIteration {
 
 struct FitResult {
   std::vector<Band> bands;
-  ImagingConditions conditions;  // pixel size of the fit (larger than the stack's when it ran at a reduced size)
+  ImagingConditions
+      conditions;  // pixel size of the fit (larger than the stack's when it ran at a reduced size)
   ParameterMaps maps;
   ParameterMaps sigma;  // one standard deviation; 0 for what was not free
   std::vector<Parameter> free_parameters;
-  std::vector<PlaneF> measured;   // at the size of the fit
+  std::vector<PlaneF> measured;  // at the size of the fit
   std::vector<PlaneF> predicted;
-  std::vector<PlaneF> residual;   // measured - predicted
-  std::vector<PlaneF> noise;      // one standard deviation that chi2 is counted in
+  std::vector<PlaneF> residual;  // measured - predicted
+  std::vector<PlaneF> noise;     // one standard deviation that chi2 is counted in
   Plane<std::uint32_t> flags;
   PlaneF chi2_map;  // per degree of freedom of a pixel
   std::vector<FitIteration> history;
@@ -47,12 +49,16 @@ struct FitResult {
   double rms_residual = 0.0;
   std::vector<double> rms_residual_per_band;
   double chi2 = 0.0;  // per degree of freedom
+  double chi2_per_datum = 0.0;
+  std::size_t data_count = 0;
+  double degrees_of_freedom = 0.0;  // data less what the fit adapted to; `decisions` says how it was counted
+  std::uint64_t seed = 0;
   double seconds = 0.0;
   int renders = 0;
   bool converged = false;
-  std::string method;    // descent, ...
-  std::string profiles;  // multipole, ...
-  std::string engine;    // cascade, pyramid
+  std::string method;                  // descent, ...
+  std::string profiles;                // multipole, ...
+  std::string engine;                  // cascade, pyramid
   std::vector<std::string> decisions;  // sentences: what the program decided by itself, and why
 };
 

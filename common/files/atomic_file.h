@@ -12,18 +12,29 @@
 
 namespace dermap {
 
-// Calls write(temporary_path), which must create that file, then fsyncs it and renames it onto `path` (and fsyncs the
-// folder). Whatever fails, the temporary file is removed and `path` is left as it was. Parent folders are created.
-// Throws StorageError for what the system refuses; exceptions of `write` pass through.
+// Calls write(temporary_path), which must create that file, then fsyncs it and renames it onto `path` (and
+// fsyncs the folder). Whatever fails, the temporary file is removed and `path` is left as it was. Parent
+// folders are created. Throws StorageError for what the system refuses; exceptions of `write` pass through.
 // The temporary name keeps the extension of `path`, since image libraries choose the format by it.
 void WriteFileAtomically(const std::filesystem::path& path,
                          const std::function<void(const std::filesystem::path& temporary)>& write);
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view contents);
 void WriteFileAtomically(const std::filesystem::path& path, std::span<const std::byte> contents);
 
+// Several files that belong together: all are written under temporary names first, so that a full disk leaves
+// none of them; then they are renamed in the order given (put the file that names the others last).
+struct FileContents {
+  std::filesystem::path path;
+  std::string contents;
+};
+void WriteFilesTogether(std::span<const FileContents> files);
+
 // Whole file; throws InputError naming the file and why.
 std::string ReadTextFile(const std::filesystem::path& path);
 std::vector<std::byte> ReadBinaryFile(const std::filesystem::path& path);
+
+// Throws InputError unless `path` is a file that can be read: for libraries that open files by name.
+void CheckReadable(const std::filesystem::path& path);
 
 // Hexadecimal SHA-256.
 std::string Sha256OfFile(const std::filesystem::path& path);

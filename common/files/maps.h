@@ -15,7 +15,8 @@
 
 namespace dermap {
 
-// What a maps file knows beside its planes: the conditions it was fitted under, so that `render` needs nothing else.
+// What a maps file knows beside its planes: the conditions it was fitted under, so that `render` needs
+// nothing else.
 struct MapsFile {
   ParameterMaps maps;
   std::vector<Band> bands;  // the bands of the fit; junction_absorbance, where one a band, is in this order

@@ -7,14 +7,18 @@
 #include <string>
 #include <vector>
 
-#include "common/tissue/tissue.h"
+#include "common/files/toml_table.h"
 
 namespace dermap {
+
+// The range of wavelengths that the published spectra, and so everything of ours, cover.
+inline constexpr double kShortestWavelengthNm = 350.0;
+inline constexpr double kLongestWavelengthNm = 1000.0;
 
 struct WheelSlot {
   int slot = 0;                // counts from 1, as on the wheel's face
   double wavelength_nm = 0.0;  // 0 for the opaque slot
-  double fwhm_nm = 10.0;
+  double fwhm_nm = 10.0;       // 0 for the opaque slot
   bool opaque = false;
 };
 
@@ -22,13 +26,15 @@ struct RigConfig {
   std::string name;
   std::string camera_driver = "simulated";
   std::string wheel_driver = "simulated";
-  std::vector<WheelSlot> slots;
-  double window_mm = 7.5;          // side of the square cut into the tape
-  double view_angle_deg = 30.0;    // between the camera's axis and the skin's normal
-  std::filesystem::path spectralon_csv = "spectra/spectralon_99_labsphere.csv";  // relative to the config directory
+  std::vector<WheelSlot> slots;  // ascending slot
+  double window_mm = 7.5;        // side of the square cut into the tape
+  double view_angle_deg = 30.0;  // between the camera's axis and the skin's normal
+  // Relative to the config directory; absolute where the rig's own folder has it.
+  std::filesystem::path spectralon_csv = "spectra/spectralon_99_labsphere.csv";
   double gray_card_reflectance = 0.30;
-  std::array<double, 4> gray_card_region{0.80, 0.25, 0.14, 0.5};  // x, y, width, height as shares of the frame
-  std::filesystem::path simulated_scene;  // for the simulated drivers: a scene TOML
+  std::array<double, 4> gray_card_region{0.80, 0.25, 0.14,
+                                         0.5};  // x, y, width, height as shares of the frame
+  std::filesystem::path simulated_scene;        // for the simulated drivers: a scene TOML; empty: none
 };
 
 struct PlannedExposure {
@@ -41,13 +47,26 @@ struct PlanConfig {
   std::string subject;  // a code, never a name
   std::string site;
   std::string notes;
-  int black_frames = 1;       // for each distinct exposure and ISO
-  int spectralon_frames = 1;  // for each filter
-  int skin_frames = 1;        // for each filter
-  std::vector<PlannedExposure> exposures;
+  int black_frames = 1;                    // for each distinct exposure and ISO
+  int spectralon_frames = 1;               // for each filter
+  int skin_frames = 1;                     // for each filter
+  std::vector<PlannedExposure> exposures;  // in the order of the plan
 };
 
+// Both throw InputError naming file, line and key. ReadRig looks for the files that a rig names beside the
+// rig file first, then in the config directory.
 RigConfig ReadRig(const std::filesystem::path& path);
 PlanConfig ReadPlan(const std::filesystem::path& path);
+// The same out of an open table, files left as they are named (session.json holds both).
+RigConfig ReadRigTable(TomlTable& table);
+PlanConfig ReadPlanTable(TomlTable& table);
+
+// Whether this rig can take this plan: throws InputError naming the slot that it lacks, or the missing opaque
+// slot.
+void CheckPlan(const RigConfig& rig, const PlanConfig& plan);
+
+// The slot of that number, or nullptr; the opaque slot, or nullptr.
+const WheelSlot* FindSlot(const RigConfig& rig, int slot);
+const WheelSlot* FindOpaqueSlot(const RigConfig& rig);
 
 }  // namespace dermap

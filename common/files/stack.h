@@ -14,10 +14,10 @@
 namespace dermap {
 
 struct ReflectanceStack {
-  std::vector<Band> bands;           // ascending wavelength, at least one
-  std::vector<PlaneF> reflectance;   // one a band, fraction; NaN where missing
-  std::vector<PlaneF> sigma;         // one standard deviation, one a band, or empty where the file has none
-  PlaneF valid;                      // 1 or 0, or empty (all valid)
+  std::vector<Band> bands;          // ascending wavelength, at least one
+  std::vector<PlaneF> reflectance;  // one a band, fraction; NaN where missing
+  std::vector<PlaneF> sigma;        // one standard deviation, one a band, or empty where the file has none
+  PlaneF valid;                     // 1 or 0, or empty (all valid)
   std::optional<double> pixel_size_mm;
   Illumination illumination = Illumination::kWindow;
   Tape tape = Tape::kFree;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// TOML configuration, read key by key with units in the names; a key nobody asked for is an error that names the
-// nearest known one. toml++ stays in the .cpp file.
+// TOML configuration, read key by key with units in the names; a key nobody asked for is an error that names
+// the nearest known one. toml++ stays in the .cpp file.
 #pragma once
 
 #include <filesystem>
@@ -11,11 +11,17 @@
 
 namespace dermap {
 
-// One table of a TOML file. Every Get marks its key as known; Finish() throws InputError for keys that nobody asked for.
+struct ConfigValue;
+
+// One table of a TOML file. Every Get marks its key as known; Finish() throws InputError for keys that nobody
+// asked for.
 class TomlTable {
  public:
   static TomlTable ReadFile(const std::filesystem::path& path);
+  // The same checks for a table that was read from elsewhere (session.json). `value` must be a table.
+  TomlTable(std::string file, std::string name, const ConfigValue& value);
   TomlTable(TomlTable&&) noexcept;
+  TomlTable& operator=(TomlTable&&) noexcept;
   ~TomlTable();
 
   bool Has(const std::string& key) const;
@@ -31,12 +37,15 @@ class TomlTable {
   std::optional<TomlTable> Table(const std::string& key);
   std::vector<TomlTable> Tables(const std::string& key);  // [[key]]; empty where absent
 
+  // "FILE line 7" of a key, or of this table where the key is absent or empty: for errors that only the
+  // caller can see.
+  std::string Where(const std::string& key = {}) const;
+
   // Throws for unknown keys of this table. Call it after the last Get.
   void Finish() const;
 
  private:
   struct Impl;
-  explicit TomlTable(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Where reflectance and transmittance profiles come from: one interface, several sources (multipole, exact, ...).
-// A profile is given by its 2-D Fourier transform at lateral frequency k (1/mm, radians); k = 0 is its total.
+// Where reflectance and transmittance profiles come from: one interface, several sources (multipole, exact,
+// ...). A profile is given by its 2-D Fourier transform at lateral frequency k (1/mm, radians); k = 0 is its
+// total.
 //
-// Conventions: "forward" is light travelling down, away from the air. R1+ and T1+ are per light that falls on the
-// skin's surface from outside (specular reflection counted as fallen, not as reflected), normal incidence. R1-, T1- and
-// R2_diffuse are per light that crosses the junction, diffuse.
+// Conventions: "forward" is light travelling down, away from the air. R1+ and T1+ are per light that falls on
+// the skin's surface from outside (specular reflection counted as fallen, not as reflected), normal
+// incidence. R1-, T1- and R2_diffuse are per light that crosses the junction, diffuse.
 #pragma once
 
 #include <memory>
@@ -38,11 +39,11 @@ struct DermisOptics {
 };
 
 struct EpidermisTransforms {
-  std::vector<double> r_forward;    // R1+
-  std::vector<double> t_forward;    // T1+, without its ballistic part where the source separates it
-  std::vector<double> r_backward;   // R1-
-  std::vector<double> t_backward;   // T1-
-  double t_ballistic = 0.0;         // share of the incident light that crosses unscattered (it does not spread)
+  std::vector<double> r_forward;   // R1+
+  std::vector<double> t_forward;   // T1+, without its ballistic part where the source separates it
+  std::vector<double> r_backward;  // R1-
+  std::vector<double> t_backward;  // T1-
+  double t_ballistic = 0.0;  // share of the incident light that crosses unscattered (it does not spread)
 };
 
 struct DermisTransforms {
@@ -54,11 +55,14 @@ class ProfileSource {
  public:
   virtual ~ProfileSource() = default;
   virtual std::string_view Name() const = 0;  // as in --profiles, and part of table cache keys
-  virtual EpidermisTransforms Epidermis(const EpidermisOptics& optics, std::span<const double> k_per_mm) const = 0;
+  virtual EpidermisTransforms Epidermis(const EpidermisOptics& optics,
+                                        std::span<const double> k_per_mm) const = 0;
   virtual DermisTransforms Dermis(const DermisOptics& optics, std::span<const double> k_per_mm) const = 0;
+  // Tables of a costly source are made from few absorptions (sampled_source.h) and kept on disk (table_cache.h).
+  virtual bool IsCostly() const { return false; }
 };
 
-// "multipole" (the paper's, direction-aware), "multipole-symmetric" (one R1 and T1 for both directions).
+// "exact" (right to Monte Carlo), "multipole" (the paper's, direction-aware), "multipole-symmetric" (one R1 and T1 for both directions).
 // Throws InputError that lists the known names.
 std::unique_ptr<ProfileSource> MakeProfileSource(std::string_view name);
 const std::vector<std::string>& ProfileSourceNames();

@@ -20,12 +20,14 @@ inline constexpr double kTableMinMuA = 0.005;  // 1/mm
 inline constexpr double kTableMaxMuA = 200.0;
 
 // Variance of Gaussian i per axis, mm^2: each next one twice the last.
-constexpr double GaussianVariance_mm2(int i) { return kSmallestVariance_mm2 * static_cast<double>(1 << i); }
+constexpr double GaussianVariance_mm2(int i) {
+  return kSmallestVariance_mm2 * static_cast<double>(1 << i);
+}
 
 using GaussianWeights = std::array<float, kGaussianCount>;
 
-// One response at one wavelength, as weights over log mu_a. A weight is the share of the incident light that a
-// Gaussian (of volume 1) carries; the weights' sum is the response's total.
+// One response at one wavelength, as weights over log mu_a. A weight is the share of the incident light that
+// a Gaussian (of volume 1) carries; the weights' sum is the response's total.
 class ProfileTable {
  public:
   ProfileTable() = default;
@@ -37,6 +39,7 @@ class ProfileTable {
   // Sum of the weights, and its derivative by mu_a.
   float Total(float mu_a) const noexcept;
   float TotalDerivative(float mu_a) const noexcept;
+  float EntryTotal(int index) const noexcept { return totals_[index]; }  // without interpolation
   bool empty() const noexcept { return entries_.empty(); }
   const std::vector<GaussianWeights>& entries() const noexcept { return entries_; }
 
@@ -45,8 +48,8 @@ class ProfileTable {
   std::vector<float> totals_;
 };
 
-// Position of mu_a in the table: entry index and share of the next entry. For callers that look up many responses of
-// one mu_a.
+// Position of mu_a in the table: entry index and share of the next entry. For callers that look up many
+// responses of one mu_a.
 struct TablePosition {
   int index;
   float fraction;
@@ -54,8 +57,12 @@ struct TablePosition {
 TablePosition PositionInTable(float mu_a) noexcept;
 double TableMuA(int index);  // mu_a of an entry, 1/mm
 
-// All responses of the two-layer skin at one wavelength. t1_ballistic is a scalar over mu_a (no spread): its weights
-// sit in entry [0] of a GaussianWeights and must be read with Total() only.
+// Lateral frequencies at which BuildBandTables asks a source and fits, 1/mm: 0, then logarithmic to beyond
+// what images of 0.03 mm pixels hold.
+std::span<const double> TableFrequencies_per_mm();
+
+// All responses of the two-layer skin at one wavelength. t1_ballistic is a scalar over mu_a (no spread): its
+// weights sit in entry [0] of a GaussianWeights and must be read with Total() only.
 struct BandTables {
   double wavelength_nm = 0.0;
   ProfileTable r1_forward, t1_forward, t1_ballistic;
@@ -65,7 +72,8 @@ struct BandTables {
 
   // Two-layer total for uniform skin and wide light:
   // R1+ + (Tb R2n + Td R2d) A^2 T1- / (1 - A^2 R1- R2d), A = exp(-P); with Tb = 0 the sum of [D08 eq. 7].
-  double TotalReflectance(double mu_a_epidermis, double mu_a_dermis, double junction_absorbance) const noexcept;
+  double TotalReflectance(double mu_a_epidermis, double mu_a_dermis,
+                          double junction_absorbance) const noexcept;
   struct TotalDerivatives {
     double reflectance, d_mu_a_epidermis, d_mu_a_dermis, d_junction_absorbance;
   };
@@ -73,10 +81,15 @@ struct BandTables {
                                                double junction_absorbance) const noexcept;
 };
 
+// Asks `source` for every response at every mu_a of the table, in parallel. A response whose total is
+// negative (the multipole's transmittance of a layer thinner than a mean free path) is taken as 0, with a
+// warning in the log. Throws InputError for a configuration that is out of range or that profiles cannot
+// honour.
 BandTables BuildBandTables(const ProfileSource& source, double wavelength_nm, const TissueConfig& config);
 
-// Weights w >= 0 of the Gaussians, fitted on the transform's side by non-negative least squares, their sum made equal
-// to the total transform[0] (k_per_mm[0] must be 0).
+// Weights w >= 0 of the Gaussians, fitted on the transform's side by non-negative least squares, their sum
+// made equal to the total transform[0] (k_per_mm[0] must be 0, the others ascend); all 0 where the total is
+// not positive. A profile that is no mixture of Gaussians cannot be met exactly by weights >= 0.
 GaussianWeights FitGaussianSum(std::span<const double> k_per_mm, std::span<const double> transform);
 
 }  // namespace dermap

@@ -27,8 +27,8 @@ class SampledSpectrum {
   std::vector<double> values_;
 };
 
-// Reads `column` of a CSV: '#' lines (quantity, unit, source), one header line whose first name is wavelength_nm,
-// then numbers. Throws InputError naming file and line.
+// Reads `column` of a CSV: '#' lines (quantity, unit, source), one header line whose first name is
+// wavelength_nm, then numbers. Throws InputError naming file and line.
 SampledSpectrum ReadSpectrumCsv(const std::filesystem::path& path, const std::string& column);
 
 }  // namespace dermap

@@ -6,9 +6,13 @@
 
 namespace dermap {
 
-enum class Illumination { kWindow, kUniform };        // ends at the image's border (tape) | goes on
-enum class Tape { kFree, kBlack };                    // the skin's surface under the tape: as in air | absorbs
-enum class Geometry { kHemispherical, kFactor0_30 };  // all exit angles | reflectance factor seen at 30 degrees
+// Whether the light ends at the image's border (beyond it lies tape) or goes on.
+enum class Illumination { kWindow, kUniform };
+// What the skin's surface does under the tape: it reflects as in air, or what reaches it from below is
+// absorbed.
+enum class Tape { kFree, kBlack };
+// All exit angles, or a reflectance factor seen at 30 degrees.
+enum class Geometry { kHemispherical, kFactor0_30 };
 
 struct ImagingConditions {
   double pixel_size_mm = 0.0;  // > 0

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The heterogeneous two-layer forward model [D08 eq. 5-9] in gather form: maps of parameters in, reflectance out.
+// The heterogeneous two-layer forward model [D08 eq. 5-9] in gather form: maps of parameters in, reflectance
+// out.
 #pragma once
 
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "common/core/image.h"
@@ -16,16 +18,28 @@
 namespace dermap {
 
 enum class Engine {
-  kCascade,  // the paper's: 18 separable blurs at full resolution, each made from the last; the slow twin for ever
+  kCascade,  // the paper's: 18 separable blurs at full resolution, each made from the last; the slow twin for
+             // ever
   kPyramid,  // the same sum with wide Gaussians at reduced resolution
 };
+std::string_view EngineName(Engine engine);  // "cascade", "pyramid"
+// Throws InputError that lists the known names.
+Engine EngineFromName(std::string_view name);
+
+inline constexpr int kAutomaticTerms = -1;
 
 struct ForwardOptions {
   Engine engine = Engine::kPyramid;
-  int terms = 5;            // terms of [D08 eq. 7] after Phi * R1+ (the paper: 4 for blue light, 5 for green and red)
-  double margin_mm = 1.9;   // skin around the patch that takes part: beneath the tape, or beyond the border
-  // Whether every band with a width is rendered at several wavelengths of its filter. If not, it is rendered once, at its
-  // centre, and corrected by the ratio of local closed forms (cheap; the error is tested).
+  // Terms of [D08 eq. 7] after Phi * R1+. Automatic: for each band as many as the lightest skin needs (3 to
+  // 6; the paper takes 4 for blue light, 5 for green and red), whatever the scene, so that a render is a
+  // smooth function of its maps.
+  int terms = kAutomaticTerms;
+  // Whether what lies beyond the last term is added as if skin and light were uniform around each pixel (a
+  // geometric series of the last term). If not, the series simply ends, as the paper's does.
+  bool close_series = true;
+  double margin_mm = 1.9;  // skin around the patch that takes part: beneath the tape, or beyond the border
+  // Whether every band with a width is rendered at several wavelengths of its filter. If not, it is rendered
+  // once, at its centre, and corrected by the ratio of local closed forms (cheap; the error is tested).
   bool full_band_integration = false;
 };
 
@@ -35,32 +49,37 @@ struct BandOptics {
   struct Node {  // one wavelength of the filter's curve
     double weight;
     Absorbers absorbers;
-    BandTables tables;
+    BandTables
+        tables;  // beside the centre only totals, unless the whole band is rendered (full_band_integration)
   };
   std::vector<Node> nodes;  // the centre is nodes[center]; one node where the width is 0
   int center = 0;
+  int terms = 0;  // how many terms of [D08 eq. 7] after Phi * R1+ a render sums
 };
 
 class ForwardModel {
  public:
+  // Throws InputError where bands, conditions or options make no sense.
   ForwardModel(const Chromophores& chromophores, const ProfileSource& source, const TissueConfig& tissue,
-               std::span<const Band> bands, const ImagingConditions& conditions, const ForwardOptions& options,
-               const ProgressFunction& progress = {});
+               std::span<const Band> bands, const ImagingConditions& conditions,
+               const ForwardOptions& options, const ProgressFunction& progress = {});
   ~ForwardModel();
   ForwardModel(ForwardModel&&) noexcept;
 
   int band_count() const;
   const ImagingConditions& conditions() const;
+  const ForwardOptions& options() const;
   const TissueConfig& tissue() const;
   const std::vector<BandOptics>& optics() const;
 
   // Reflectance of the patch, one plane a band, of the maps' shape. Bands run in parallel.
   // `light`: relative irradiance on the patch, one plane a band, one for all, or empty (1 everywhere).
+  // Throws InputError where the planes do not fit together or hold values that are not finite.
   std::vector<PlaneF> Render(const ParameterMaps& maps, std::span<const PlaneF> light = {}) const;
   PlaneF RenderBand(int band, const ParameterMaps& maps, const PlaneF* light = nullptr) const;
 
-  // Reflectance of uniform skin under wide light in this geometry (closed form, no lateral transport), filter's width
-  // included; the gradient is by the five parameters.
+  // Reflectance of uniform skin under wide light in this geometry (closed form, no lateral transport),
+  // filter's width included; the gradient is by the five parameters.
   double LocalReflectance(int band, const ParameterVector& p, double junction_absorbance) const;
   double LocalReflectance(int band, const ParameterVector& p, double junction_absorbance,
                           ParameterVector& gradient) const;
@@ -70,8 +89,8 @@ class ForwardModel {
   std::unique_ptr<Impl> impl_;
 };
 
-// What a reflectance factor seen at 30 degrees is to the hemispherical reflectance, for light that is diffuse inside:
-// (1 - F(30)) / (2 int_0^1 (1 - F(mu)) mu dmu), F Fresnel's reflectance from outside.
+// What a reflectance factor seen at 30 degrees is to the hemispherical reflectance, for light that is diffuse
+// inside: (1 - F(30)) / (2 int_0^1 (1 - F(mu)) mu dmu), F Fresnel's reflectance from outside.
 double ExitAngleFactor(Geometry geometry, double n_outside, double n_skin);
 
 }  // namespace dermap

@@ -1,0 +1,32 @@
+// SPDX-License-Identifier: Apache-2.0
+// A camera that takes one raw frame at a time, with the flash fired by it.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+namespace dermap {
+
+struct CaptureSettings {
+  double exposure_ms = 10.0;
+  int iso = 100;
+  int shot = 1;  // number of the frame in its session; a simulated camera draws the shot's noise by it
+};
+
+// The camera's own file, untouched.
+struct RawFrame {
+  std::vector<std::byte> bytes;
+  std::string extension;  // with the dot: ".dng", ".cr2"
+};
+
+class Camera {
+ public:
+  virtual ~Camera() = default;
+  virtual std::string Name() const = 0;
+  virtual std::uintmax_t FrameBytes() const = 0;                  // about, for the free-space check
+  virtual RawFrame Capture(const CaptureSettings& settings) = 0;  // returns once fetched; throws DeviceError
+};
+
+}  // namespace dermap

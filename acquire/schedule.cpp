@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plan and rig to a list of frames.
+#include "acquire/schedule.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <utility>
+
+#include "common/core/error.h"
+#include "common/files/atomic_file.h"
+
+namespace dermap {
+namespace {
+
+using Setting = std::pair<double, int>;  // exposure_ms, ISO
+
+std::vector<Setting> DistinctSettings(const PlanConfig& plan) {
+  std::vector<Setting> settings;
+  for (const PlannedExposure& e : plan.exposures) settings.emplace_back(e.exposure_ms, e.iso);
+  std::sort(settings.begin(), settings.end());
+  settings.erase(std::unique(settings.begin(), settings.end()), settings.end());
+  return settings;
+}
+
+FrameRecord Frame(FrameRole role, const WheelSlot& slot, double exposure_ms, int iso) {
+  FrameRecord f;
+  f.role = role;
+  f.slot = slot.slot;
+  f.wavelength_nm = role == FrameRole::kBlack ? 0.0 : slot.wavelength_nm;
+  f.fwhm_nm = role == FrameRole::kBlack ? 0.0 : slot.fwhm_nm;
+  f.exposure_ms = exposure_ms;
+  f.iso = iso;
+  return f;
+}
+
+void AddFilters(std::vector<FrameRecord>& schedule, const RigConfig& rig, const PlanConfig& plan,
+                FrameRole role, int repeats) {
+  for (int r = 0; r < repeats; ++r) {
+    for (const PlannedExposure& e : plan.exposures) {
+      schedule.push_back(Frame(role, *FindSlot(rig, e.slot), e.exposure_ms, e.iso));
+    }
+  }
+}
+
+}  // namespace
+
+std::vector<FrameRecord> MakeSchedule(const RigConfig& rig, const PlanConfig& plan) {
+  CheckPlan(rig, plan);
+  std::vector<FrameRecord> schedule;
+  if (plan.black_frames > 0) {
+    const WheelSlot* opaque = FindOpaqueSlot(rig);
+    if (opaque == nullptr) {
+      throw InputError("the plan asks for black frames, but rig '" + rig.name +
+                       "' has no opaque slot; remedy: mark one with opaque = true, or set black_frames = 0");
+    }
+    for (const auto& [exposure_ms, iso] : DistinctSettings(plan)) {
+      for (int r = 0; r < plan.black_frames; ++r)
+        schedule.push_back(Frame(FrameRole::kBlack, *opaque, exposure_ms, iso));
+    }
+  }
+  AddFilters(schedule, rig, plan, FrameRole::kSpectralon, plan.spectralon_frames);
+  AddFilters(schedule, rig, plan, FrameRole::kSkin, plan.skin_frames);
+  for (std::size_t i = 0; i < schedule.size(); ++i) schedule[i].number = static_cast<int>(i) + 1;
+  return schedule;
+}
+
+std::string Fingerprint(const RigConfig& rig, const std::vector<FrameRecord>& schedule) {
+  nlohmann::json j{{"camera", rig.camera_driver},
+                   {"wheel", rig.wheel_driver},
+                   {"window_mm", rig.window_mm},
+                   {"view_angle_deg", rig.view_angle_deg},
+                   {"gray_card_region", rig.gray_card_region}};
+  for (const FrameRecord& f : schedule) {
+    j["frames"].push_back(
+        {f.number, RoleName(f.role), f.slot, f.wavelength_nm, f.fwhm_nm, f.exposure_ms, f.iso});
+  }
+  if (!rig.simulated_scene.empty()) j["scene"] = Sha256OfFile(rig.simulated_scene);
+  const std::string text = j.dump();
+  return Sha256(std::as_bytes(std::span(text)));
+}
+
+bool SamePlace(const FrameRecord& a, const FrameRecord& b) {
+  return a.number == b.number && a.role == b.role && a.slot == b.slot && a.wavelength_nm == b.wavelength_nm &&
+         a.fwhm_nm == b.fwhm_nm && a.exposure_ms == b.exposure_ms && a.iso == b.iso;
+}
+
+}  // namespace dermap

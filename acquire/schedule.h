@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which frames a plan asks for, in the order in which they are taken.
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/files/rig.h"
+#include "common/files/session.h"
+
+namespace dermap {
+
+// Black frames for each distinct exposure and ISO through the opaque slot, then Spectralon for each filter,
+// then skin for each filter (all filters before any is repeated, so that the subject moves little between
+// bands). Files, hashes and times are still empty. Throws InputError where the rig cannot take the plan.
+std::vector<FrameRecord> MakeSchedule(const RigConfig& rig, const PlanConfig& plan);
+
+// SHA-256 of everything that must be the same for a session to be resumed: the schedule, the rig's geometry
+// and the contents of the simulated scene.
+std::string Fingerprint(const RigConfig& rig, const std::vector<FrameRecord>& schedule);
+
+// Whether both stand for the same place in a schedule.
+bool SamePlace(const FrameRecord& a, const FrameRecord& b);
+
+}  // namespace dermap

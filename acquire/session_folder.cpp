@@ -1,0 +1,158 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order is what makes it safe: a frame's file is whole before the journal tells of it, and the journal is
+// on disk before the next frame. The manifest can be made anew from the journal at any time.
+#include "acquire/session_folder.h"
+
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <ctime>
+#include <nlohmann/json.hpp>
+#include <span>
+#include <system_error>
+
+#include "acquire/schedule.h"
+#include "common/core/error.h"
+#include "common/files/atomic_file.h"
+
+namespace dermap {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+
+void CheckFolder(const fs::path& out, bool resume) {
+  std::error_code error;
+  const bool begun = fs::exists(out / "journal.jsonl", error) || fs::exists(out / "session.json", error);
+  if (resume && !begun) {
+    throw InputError("there is no session to resume in " + out.string() +
+                     "; remedy: leave out --resume to begin one");
+  }
+  if (!resume && begun) {
+    throw InputError(out.string() +
+                     " already holds a session; remedy: name another folder, or go on with it by --resume");
+  }
+  if (begun || !fs::exists(out, error)) return;
+  if (!fs::is_directory(out, error) || !fs::is_empty(out, error)) {
+    throw InputError(out.string() + " is not an empty folder; remedy: name a new one for the session");
+  }
+}
+
+std::string KindOf(const json& event) {
+  return event.value("event", "");
+}
+
+}  // namespace
+
+std::string NowUtc() {
+  const auto now = std::chrono::system_clock::now();
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(now);
+  const auto since_epoch = std::chrono::duration_cast<std::chrono::milliseconds>(now.time_since_epoch());
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  char date[32], text[48];
+  std::strftime(date, sizeof date, "%Y-%m-%dT%H:%M:%S", &utc);
+  std::snprintf(text, sizeof text, "%s.%03dZ", date, static_cast<int>(since_epoch.count() % 1000));
+  return text;
+}
+
+std::string DescribeFrame(const FrameRecord& f) {
+  std::string text = "frame " + std::to_string(f.number) + " (" + std::string(RoleName(f.role));
+  if (f.role != FrameRole::kBlack) text += ", " + std::to_string(std::lround(f.wavelength_nm)) + " nm";
+  return text + ")";
+}
+
+SessionFolder::SessionFolder(Session session, std::vector<FrameRecord> schedule,
+                             const std::string& fingerprint, bool resume)
+    : session_(std::move(session)), schedule_(std::move(schedule)) {
+  CheckFolder(session_.directory, resume);
+  journal_.emplace(session_.directory / "journal.jsonl");
+  Restore(fingerprint);
+}
+
+void SessionFolder::Restore(const std::string& fingerprint) {
+  const fs::path path = session_.directory / "journal.jsonl";
+  const std::vector<json> events = ReadJournal(path);
+  if (events.empty()) {
+    session_.started_utc = NowUtc();
+    journal_->Append({{"event", "session_started"},
+                      {"time_utc", session_.started_utc},
+                      {"dermap_version", session_.dermap_version},
+                      {"fingerprint", fingerprint},
+                      {"frames", total()}});
+    return;
+  }
+  if (KindOf(events[0]) != "session_started" || events[0].value("fingerprint", "") != fingerprint) {
+    throw InputError(path.string() +
+                     " was begun with another plan, rig or scene; remedy: resume with the same ones, or "
+                     "begin a new session in another folder");
+  }
+  session_.started_utc = events[0].value("time_utc", "");
+  KeepFramesOf(events);
+  if (done() < total())
+    journal_->Append({{"event", "session_resumed"}, {"time_utc", NowUtc()}, {"kept", done()}});
+}
+
+void SessionFolder::KeepFramesOf(const std::vector<json>& events) {
+  const std::string journal = (session_.directory / "journal.jsonl").string();
+  auto& frames = session_.frames;
+  for (const json& event : events) {
+    ended_ = KindOf(event) == "session_complete";
+    if (KindOf(event) != "frame" || !event.contains("frame")) continue;
+    const FrameRecord frame = FrameFromJson(event["frame"], journal);
+    const auto place = static_cast<std::size_t>(frame.number) - 1;
+    if (place >= schedule_.size() || !SamePlace(frame, schedule_[place])) {
+      throw InputError(journal + ": " + DescribeFrame(frame) +
+                       " is not in the plan; remedy: restore the journal from a copy");
+    }
+    std::erase_if(frames, [&](const FrameRecord& f) {
+      return f.number == frame.number;
+    });  // taken again: the last counts
+    frames.push_back(frame);
+  }
+  std::erase_if(frames, [&](const FrameRecord& f) {
+    std::error_code error;
+    const fs::path file = session_.directory / f.file;
+    if (fs::is_regular_file(file, error) && Sha256OfFile(file) == f.sha256) return false;
+    spdlog::warn("{} is missing or damaged and will be taken again", file.string());
+    return true;
+  });
+  std::sort(frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+}
+
+bool SessionFolder::Has(const FrameRecord& planned) const {
+  return std::any_of(session_.frames.begin(), session_.frames.end(),
+                     [&](const FrameRecord& f) { return f.number == planned.number; });
+}
+
+FrameRecord SessionFolder::Add(const FrameRecord& planned, const RawFrame& raw) {
+  FrameRecord frame = planned;
+  frame.time_utc = NowUtc();
+  frame.file = FrameFileName(frame, raw.extension);
+  frame.sha256 = Sha256(raw.bytes);
+  WriteFileAtomically(session_.directory / frame.file, std::span<const std::byte>(raw.bytes));
+  journal_->Append({{"event", "frame"}, {"frame", FrameToJson(frame)}});  // from here on the frame is safe
+  auto& frames = session_.frames;
+  frames.insert(
+      std::find_if(frames.begin(), frames.end(), [&](const auto& f) { return f.number > frame.number; }),
+      frame);
+  ended_ = false;
+  WriteSession(session_);
+  return frame;
+}
+
+void SessionFolder::Note(json event) {
+  event["time_utc"] = NowUtc();
+  journal_->Append(event);
+}
+
+void SessionFolder::Close() {
+  session_.complete = done() == total();
+  if (session_.complete && !ended_) Note({{"event", "session_complete"}});
+  WriteSession(session_);
+}
+
+}  // namespace dermap

@@ -1,0 +1,54 @@
+// SPDX-License-Identifier: Apache-2.0
+// The folder of a session while it is taken: which frames are safe, and how one becomes so.
+#pragma once
+
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquire/devices/camera.h"
+#include "common/files/session.h"
+#include "common/files/session_journal.h"
+
+namespace dermap {
+
+// "2025-06-01T09:30:00.123Z"
+std::string NowUtc();
+// "frame 7 (skin, 450 nm)"
+std::string DescribeFrame(const FrameRecord& frame);
+
+class SessionFolder {
+ public:
+  // Begins a session in a folder that is new or empty, or goes on with one (`resume`): what its journal tells
+  // of and whose file is as it was written is kept. `session` brings directory, version, rig and plan. Throws
+  // InputError where there is something in the way, nothing to resume, or a journal of another plan, rig or
+  // scene.
+  SessionFolder(Session session, std::vector<FrameRecord> schedule, const std::string& fingerprint,
+                bool resume);
+
+  const Session& session() const { return session_; }
+  const std::vector<FrameRecord>& schedule() const { return schedule_; }
+  int total() const { return static_cast<int>(schedule_.size()); }
+  int done() const { return static_cast<int>(session_.frames.size()); }
+  bool Has(const FrameRecord& planned) const;
+
+  // Writes the file, then the journal's line, then the manifest. Returns the record with file, hash and time.
+  FrameRecord Add(const FrameRecord& planned, const RawFrame& raw);
+  // A line for whoever looks for the cause of a failure.
+  void Note(nlohmann::json event);
+  // Marks the session complete where it is, and writes the manifest.
+  void Close();
+
+ private:
+  void Restore(const std::string& fingerprint);
+  void KeepFramesOf(const std::vector<nlohmann::json>& events);
+
+  Session session_;
+  std::vector<FrameRecord> schedule_;
+  std::optional<Journal> journal_;
+  bool ended_ = false;  // the journal says already that the session is complete
+};
+
+}  // namespace dermap

@@ -1,0 +1,46 @@
+// SPDX-License-Identifier: Apache-2.0
+// All frames of one band, read, checked and brought together: what is resampled afterwards.
+#pragma once
+
+#include <vector>
+
+#include "calibrate/calibrate.h"
+#include "calibrate/gray_card.h"
+#include "calibrate/mosaic.h"
+#include "calibrate/noise_model.h"
+
+namespace dermap {
+
+// What every band's preparation reads.
+struct SessionContext {
+  const Session& session;
+  const FrameReader& read;
+  const BlackFrames& blacks;
+  PixelRegion gray_card;
+};
+
+// One skin frame beside the band's Spectralon frame, cut to the window's surroundings.
+struct SkinMosaic {
+  Mosaic mosaic;
+  int skin_iso = 0;
+  int spectralon_iso = 0;
+  int spectralon_frames = 1;
+  double shared_black = 0.0;  // as in MosaicNoise
+  double skin_black = 0.0;
+  double spectralon_black = 0.0;
+};
+
+struct BandFrames {
+  BandCalibration record;
+  std::vector<SkinMosaic> skins;              // one a skin frame; record.windows in the same order
+  std::vector<PhotonTransferPoint> pairs;     // from skin and Spectralon frames of one ISO
+  std::vector<PhotonTransferPoint> singles;   // from frames without a partner of their ISO
+};
+
+// The bands of which there are skin frames, ascending. Throws InputError where there are none.
+std::vector<Band> BandsOfSession(const Session& session);
+
+// Throws InputError naming the frame or the band: no Spectralon frame, a flash that did not fire, no window.
+BandFrames PrepareBand(const SessionContext& context, const Band& band, double certified_reflectance);
+
+}  // namespace dermap

@@ -1,0 +1,135 @@
+// SPDX-License-Identifier: Apache-2.0
+// Sampling of the four Bayer lattices.
+#include "calibrate/mosaic.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace dermap {
+namespace {
+
+constexpr int kSmoothRadius = 2;  // lattice steps
+
+template <class T>
+Plane<T> CropPlane(const Plane<T>& plane, int x0, int y0, int x1, int y1) {
+  Plane<T> out(x1 - x0, y1 - y0);
+  for (int y = y0; y < y1; ++y) std::copy(plane.Row(y) + x0, plane.Row(y) + x1, out.Row(y - y0));
+  return out;
+}
+
+// Running mean of weighted sums along one axis, steps of two photosites.
+void SmoothAlong(const PlaneF& in, PlaneF& out, int dx, int dy) {
+  for (int y = 0; y < in.height(); ++y) {
+    for (int x = 0; x < in.width(); ++x) {
+      float sum = 0.0f;
+      for (int k = -kSmoothRadius; k <= kSmoothRadius; ++k) {
+        const int nx = x + 2 * k * dx;
+        const int ny = y + 2 * k * dy;
+        if (nx >= 0 && ny >= 0 && nx < in.width() && ny < in.height()) sum += in(nx, ny);
+      }
+      out(x, y) = sum;
+    }
+  }
+}
+
+PlaneF SmoothSum(const PlaneF& plane) {
+  PlaneF across(plane.width(), plane.height());
+  PlaneF both(plane.width(), plane.height());
+  SmoothAlong(plane, across, 1, 0);
+  SmoothAlong(across, both, 0, 1);
+  return both;
+}
+
+}  // namespace
+
+Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double bottom) {
+  const auto even = [](double v) { return 2 * static_cast<int>(std::floor(v / 2.0)); };
+  const int x0 = std::clamp(even(left), 0, mosaic.width());
+  const int y0 = std::clamp(even(top), 0, mosaic.height());
+  const int x1 = std::clamp(even(right) + 2, x0, mosaic.width());
+  const int y1 = std::clamp(even(bottom) + 2, y0, mosaic.height());
+  Mosaic out;
+  out.x0 = mosaic.x0 + x0;
+  out.y0 = mosaic.y0 + y0;
+  out.skin = CropPlane(mosaic.skin, x0, y0, x1, y1);
+  out.spectralon = CropPlane(mosaic.spectralon, x0, y0, x1, y1);
+  out.mask = CropPlane(mosaic.mask, x0, y0, x1, y1);
+  out.scale = mosaic.scale;
+  return out;
+}
+
+LatticeCell CellAt(const Mosaic& mosaic, int lattice, double camera_x, double camera_y) {
+  const int ox = lattice & 1;
+  const int oy = lattice >> 1;
+  const double u = (camera_x - mosaic.x0 - 0.5 - ox) / 2.0;
+  const double v = (camera_y - mosaic.y0 - 0.5 - oy) / 2.0;
+  const int iu = static_cast<int>(std::floor(u));
+  const int iv = static_cast<int>(std::floor(v));
+  LatticeCell cell{2 * iu + ox, 2 * iv + oy, u - iu, v - iv, false};
+  cell.inside = cell.x >= 0 && cell.y >= 0 && cell.x + 2 < mosaic.width() && cell.y + 2 < mosaic.height();
+  return cell;
+}
+
+double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y) {
+  double skin = 0.0;
+  double spectralon = 0.0;
+  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
+    const LatticeCell c = CellAt(mosaic, lattice, camera_x, camera_y);
+    if (!c.inside) continue;
+    double own_skin = 0.0;
+    double own_spectralon = 0.0;
+    bool usable = true;
+    for (int i = 0; i < 4; ++i) {
+      const int x = c.x + 2 * (i & 1);
+      const int y = c.y + 2 * (i >> 1);
+      const double weight = ((i & 1) != 0 ? c.fx : 1 - c.fx) * ((i >> 1) != 0 ? c.fy : 1 - c.fy);
+      usable = usable && mosaic.mask(x, y) == 0;
+      own_skin += weight * mosaic.skin(x, y);
+      own_spectralon += weight * mosaic.spectralon(x, y);
+    }
+    if (!usable) continue;
+    skin += own_skin;
+    spectralon += own_spectralon;
+  }
+  return spectralon > 0.0 ? mosaic.scale * skin / spectralon : std::numeric_limits<double>::quiet_NaN();
+}
+
+PlaneF CellReflectance(const Mosaic& mosaic, double darkest) {
+  PlaneF skin(mosaic.width() / 2, mosaic.height() / 2);
+  PlaneF spectralon(skin.width(), skin.height());
+  for (int y = 0; y < 2 * skin.height(); ++y) {
+    for (int x = 0; x < 2 * skin.width(); ++x) {
+      if (mosaic.mask(x, y) != 0) continue;
+      skin(x / 2, y / 2) += mosaic.skin(x, y);
+      spectralon(x / 2, y / 2) += mosaic.spectralon(x, y);
+    }
+  }
+  std::vector<float> sorted(spectralon.values().begin(), spectralon.values().end());
+  const auto bright = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 95 / 100);
+  if (sorted.empty()) return skin;
+  std::nth_element(sorted.begin(), bright, sorted.end());
+  const double limit = std::max(0.0, darkest * static_cast<double>(*bright));
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    const float white = spectralon.data()[i];
+    skin.data()[i] = white > limit ? static_cast<float>(mosaic.scale) * skin.data()[i] / white : 0.0f;
+  }
+  return skin;
+}
+
+PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask) {
+  PlaneF values(plane.width(), plane.height());
+  PlaneF weights(plane.width(), plane.height());
+  for (std::size_t i = 0; i < plane.size(); ++i) {
+    weights.data()[i] = mask.data()[i] == 0 ? 1.0f : 0.0f;
+    values.data()[i] = weights.data()[i] * plane.data()[i];
+  }
+  PlaneF sum = SmoothSum(values);
+  const PlaneF count = SmoothSum(weights);
+  for (std::size_t i = 0; i < sum.size(); ++i) {
+    sum.data()[i] = count.data()[i] > 0.0f ? sum.data()[i] / count.data()[i] : 0.0f;
+  }
+  return sum;
+}
+
+}  // namespace dermap

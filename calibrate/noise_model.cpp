@@ -1,0 +1,134 @@
+// SPDX-License-Identifier: Apache-2.0
+// Photon transfer by frame differences, and the weighted line through its points.
+#include "calibrate/noise_model.h"
+
+#include <algorithm>
+#include <cassert>
+#include <cmath>
+
+#include "calibrate/statistics.h"
+#include "common/core/error.h"
+
+namespace dermap {
+namespace {
+
+constexpr int kFewestSamples = 50;
+constexpr double kRoundingVariance = 1.0 / 12.0;  // of one step: no camera reads better
+constexpr int kReweightings = 5;
+
+// Differences between neighbours of one kind, two a pair: whatever varies slowly over the card drops out.
+// value(x, y) is called where both photosites are usable.
+template <class Value, class Usable>
+PhotonTransferPoint PointOfLattice(int lattice, const PixelRegion& card, const Value& value, const Usable& usable) {
+  std::vector<float> halves;
+  for (int y = card.y + (lattice >> 1); y < card.y + card.height; y += 2) {
+    for (int x = card.x + (lattice & 1); x + 2 < card.x + card.width; x += 4) {
+      if (!usable(x, y) || !usable(x + 2, y)) continue;
+      halves.push_back(static_cast<float>((value(x, y) - value(x + 2, y)) / std::sqrt(2.0)));
+    }
+  }
+  PhotonTransferPoint point;
+  point.samples = static_cast<int>(halves.size());
+  if (point.samples >= kFewestSamples) point.variance = ClippedVariance(halves);
+  return point;
+}
+
+struct Line {
+  double slope, offset;
+};
+
+// Least squares of variance = slope signal + offset reads; a variance of n samples has the variance 2 variance^2 / n.
+Line WeightedLine(const std::vector<PhotonTransferPoint>& points, const Line* expected) {
+  double ss = 0, sr = 0, rr = 0, sv = 0, rv = 0;
+  for (const auto& p : points) {
+    const double v = expected != nullptr ? expected->slope * p.signal + expected->offset * p.reads : p.variance;
+    const double weight = p.samples / (2.0 * v * v);
+    ss += weight * p.signal * p.signal;
+    sr += weight * p.signal * p.reads;
+    rr += weight * p.reads * p.reads;
+    sv += weight * p.signal * p.variance;
+    rv += weight * p.reads * p.variance;
+  }
+  const double determinant = ss * rr - sr * sr;
+  Line line{0.0, 0.0};
+  if (determinant > 1e-9 * ss * rr) {
+    line = {(sv * rr - rv * sr) / determinant, (rv * ss - sv * sr) / determinant};
+  }
+  // All points at one level, or an offset below what rounding alone makes: the slope alone then.
+  if (determinant <= 1e-9 * ss * rr || line.offset < kRoundingVariance) {
+    line = {(sv - kRoundingVariance * sr) / ss, kRoundingVariance};
+  }
+  return line;
+}
+
+}  // namespace
+
+std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b, const PixelRegion& card) {
+  assert(a.record.iso == b.record.iso);
+  std::vector<PhotonTransferPoint> points;
+  const GrayCardRatio ratio = CompareGrayCard(a, b, card);
+  const double k = ratio.ratio;
+  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
+    PhotonTransferPoint point = PointOfLattice(
+        lattice, card, [&](int x, int y) { return a.signal(x, y) - k * b.signal(x, y); },
+        [&](int x, int y) { return a.mask(x, y) == 0 && b.mask(x, y) == 0; });
+    if (point.samples < kFewestSamples) continue;
+    point.iso = a.record.iso;
+    point.signal = std::max(0.0, ratio.mean_a[lattice] + k * k * ratio.mean_b[lattice]);
+    // Another black frame was subtracted from each, or the same one: then its noise cancels but for (1 - k).
+    const double black = a.black == b.black ? (1 - k) * (1 - k) / a.black->frames
+                                            : 1.0 / a.black->frames + k * k / b.black->frames;
+    point.reads = 1.0 + k * k + black;
+    points.push_back(point);
+  }
+  return points;
+}
+
+std::vector<PhotonTransferPoint> PhotonTransferOfOne(const SignalFrame& frame, const PixelRegion& card) {
+  std::vector<PhotonTransferPoint> points;
+  const GrayCardRatio self = CompareGrayCard(frame, frame, card);
+  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
+    PhotonTransferPoint point = PointOfLattice(
+        lattice, card, [&](int x, int y) { return frame.signal(x, y); },
+        [&](int x, int y) { return frame.mask(x, y) == 0; });
+    if (point.samples < kFewestSamples) continue;
+    point.iso = frame.record.iso;
+    point.signal = std::max(0.0, self.mean_a[lattice]);
+    point.reads = 1.0 + 1.0 / frame.black->frames;
+    points.push_back(point);
+  }
+  return points;
+}
+
+std::vector<PhotonTransferPoint> PhotonTransferOfBlack(const BlackFrames& blacks) {
+  std::vector<PhotonTransferPoint> points;
+  for (const BlackReference& level : blacks.levels()) {
+    if (level.frames < 2) continue;
+    const double degrees = static_cast<double>(level.frames - 1) * static_cast<double>(level.mean.size());
+    points.push_back({level.iso, 0.0, 1.0, level.temporal_variance, static_cast<int>(std::min(degrees, 1e9))});
+  }
+  return points;
+}
+
+std::map<int, NoiseModel> FitNoise(const std::vector<PhotonTransferPoint>& points) {
+  std::map<int, std::vector<PhotonTransferPoint>> by_iso;
+  for (const auto& point : points) {
+    if (point.samples >= kFewestSamples && point.variance > 0.0) by_iso[point.iso].push_back(point);
+  }
+  std::map<int, NoiseModel> models;
+  for (const auto& [iso, own] : by_iso) {
+    const bool lit = std::any_of(own.begin(), own.end(), [](const auto& p) { return p.signal > 0.0; });
+    if (!lit) continue;  // black frames alone
+    Line line = WeightedLine(own, nullptr);
+    for (int i = 0; i < kReweightings && line.slope > 0.0; ++i) line = WeightedLine(own, &line);
+    if (!(line.slope > 0.0)) {
+      throw InputError("the gray card's noise at ISO " + std::to_string(iso) +
+                       " does not grow with its brightness, as shot noise must; expected untouched raw frames of a card "
+                       "that stands still: check the rig's gray_card_region and that the camera reduces no noise");
+    }
+    models[iso] = {line.slope, line.offset, static_cast<int>(own.size())};
+  }
+  return models;
+}
+
+}  // namespace dermap

@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// Raw decoding by LibRaw: exact values of the active area, the filter pattern, black and white level.
+#include "calibrate/raw_frame.h"
+
+#include <libraw/libraw.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <system_error>
+
+#include "common/core/error.h"
+
+namespace dermap {
+namespace {
+
+constexpr int kMinSide = 16;
+constexpr int kMaxSide = 20000;
+constexpr long long kMaxPhotosites = 200'000'000;
+constexpr unsigned kMaxRawMegabytes = 1024;
+
+[[noreturn]] void Fail(const std::filesystem::path& path, const std::string& found) {
+  throw InputError(path.string() + ": " + found +
+                   "; expected a complete raw file (DNG, CR2) with a Bayer pattern; capture this frame again or copy "
+                   "it from the camera again");
+}
+
+// LibRaw calls this where data ends early or makes no sense, and then goes on with what it has.
+void CountDataError(void* data, const char*, int) { ++*static_cast<int*>(data); }
+
+void CheckSizes(const libraw_image_sizes_t& sizes, const std::filesystem::path& path) {
+  const auto found = std::to_string(sizes.width) + "x" + std::to_string(sizes.height) + " photosites";
+  if (sizes.width < kMinSide || sizes.height < kMinSide) Fail(path, found + ", which is too small");
+  if (sizes.raw_width > kMaxSide || sizes.raw_height > kMaxSide ||
+      static_cast<long long>(sizes.raw_width) * sizes.raw_height > kMaxPhotosites) {
+    Fail(path, found + ", which is too large");
+  }
+  if (sizes.left_margin + sizes.width > sizes.raw_width || sizes.top_margin + sizes.height > sizes.raw_height) {
+    Fail(path, "an active area that exceeds the sensor");
+  }
+}
+
+std::array<char, kLatticeCount> Pattern(LibRaw& raw, const std::filesystem::path& path) {
+  // Below 1000 LibRaw's code means no pattern (0), or one that is not 2x2 (Leaf, X-Trans).
+  if (raw.imgdata.idata.filters < 1000) Fail(path, "no 2x2 Bayer pattern");
+  std::array<char, kLatticeCount> colours{};
+  for (int y = 0; y < 8; ++y) {
+    for (int x = 0; x < 8; ++x) {
+      const int colour = raw.COLOR(y, x);
+      const char letter = colour >= 0 && colour < 4 ? raw.imgdata.idata.cdesc[colour] : '?';
+      char& known = colours[LatticeOf(x, y)];
+      if (known == 0) known = letter;
+      if (known != letter || (letter != 'R' && letter != 'G' && letter != 'B')) Fail(path, "no 2x2 Bayer pattern");
+    }
+  }
+  return colours;
+}
+
+double BlackLevel(const libraw_colordata_t& color) {
+  double level = color.black;
+  for (int i = 0; i < 4; ++i) level += color.cblack[i] / 4.0;
+  const unsigned cells = color.cblack[4] * color.cblack[5];
+  for (unsigned i = 0; i < cells && 6 + i < LIBRAW_CBLACK_SIZE; ++i) level += color.cblack[6 + i] / double(cells);
+  return level;
+}
+
+BayerFrame Extract(LibRaw& raw, const std::filesystem::path& path) {
+  const auto& sizes = raw.imgdata.sizes;
+  const auto* values = raw.imgdata.rawdata.raw_image;
+  if (values == nullptr) Fail(path, "no plain sensor values (already demosaiced, or floating point)");
+  BayerFrame frame;
+  frame.values = Plane<std::uint16_t>(sizes.width, sizes.height);
+  const std::size_t pitch = sizes.raw_pitch / sizeof(*values);
+  for (int y = 0; y < sizes.height; ++y) {
+    const auto* row = values + (y + sizes.top_margin) * pitch + sizes.left_margin;
+    std::copy_n(row, sizes.width, frame.values.Row(y));
+  }
+  frame.colours = Pattern(raw, path);
+  frame.black_level = BlackLevel(raw.imgdata.color);
+  frame.white_level = raw.imgdata.color.maximum;
+  frame.exposure_ms = 1000.0 * raw.imgdata.other.shutter;
+  frame.iso = static_cast<int>(std::lround(raw.imgdata.other.iso_speed));
+  if (!(frame.white_level > frame.black_level)) Fail(path, "a white level that is not above the black level");
+  return frame;
+}
+
+}  // namespace
+
+BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) Fail(path, "there is no such file");
+  const auto raw = std::make_unique<LibRaw>();  // some hundred kilobytes: too large for a thread's stack
+  int data_errors = 0;
+  raw->set_dataerror_handler(CountDataError, &data_errors);
+  raw->imgdata.params.max_raw_memory_mb = kMaxRawMegabytes;
+  if (const int code = raw->open_file(path.c_str()); code != LIBRAW_SUCCESS) {
+    Fail(path, std::string("not a raw file that can be read (") + libraw_strerror(code) + ")");
+  }
+  CheckSizes(raw->imgdata.sizes, path);
+  if (const int code = raw->unpack(); code != LIBRAW_SUCCESS) {
+    Fail(path, std::string("damaged or cut short (") + libraw_strerror(code) + ")");
+  }
+  if (data_errors > 0 || raw->error_count() > 0) Fail(path, "damaged or cut short");
+  return Extract(*raw, path);
+}
+
+}  // namespace dermap

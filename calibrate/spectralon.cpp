@@ -1,0 +1,56 @@
+// SPDX-License-Identifier: Apache-2.0
+// Reference frames of the white panel [D08 6.1].
+#include "calibrate/spectralon.h"
+
+#include <cassert>
+#include <cmath>
+
+#include "common/tissue/tissue.h"
+
+namespace dermap {
+namespace {
+
+constexpr double kWidthsOfFilter = 2.0;  // of its full width at half maximum; 2e-5 of a Gaussian lies beyond
+constexpr int kStepsOfFilter = 80;
+
+}  // namespace
+
+SampledSpectrum ReadCertificate(const RigConfig& rig) {
+  const std::filesystem::path path =
+      rig.spectralon_csv.is_absolute() ? rig.spectralon_csv : ConfigDirectory() / rig.spectralon_csv;
+  return ReadSpectrumCsv(path, "reflectance");
+}
+
+double CertifiedReflectance(const SampledSpectrum& certificate, const Band& band) {
+  if (band.fwhm_nm <= 0.0) return certificate.At(band.wavelength_nm);
+  double sum = 0.0;
+  double total = 0.0;
+  for (int i = -kStepsOfFilter; i <= kStepsOfFilter; ++i) {
+    const double widths = kWidthsOfFilter * i / kStepsOfFilter;
+    const double nm = band.wavelength_nm + widths * band.fwhm_nm;
+    if (nm < certificate.first_nm() || nm > certificate.last_nm()) continue;
+    const double weight = std::exp(-4.0 * std::log(2.0) * widths * widths);
+    sum += weight * certificate.At(nm);
+    total += weight;
+  }
+  return total > 0.0 ? sum / total : certificate.At(band.wavelength_nm);
+}
+
+SignalFrame MeanSpectralon(const std::vector<SignalFrame>& frames, const PixelRegion& gray_card) {
+  assert(!frames.empty());
+  const SignalFrame& first = frames[0];
+  SignalFrame mean = first;
+  for (std::size_t k = 1; k < frames.size(); ++k) {
+    const auto to_first = static_cast<float>(1.0 / CompareGrayCard(frames[k], first, gray_card).ratio);
+    for (std::size_t i = 0; i < mean.signal.size(); ++i) {
+      mean.signal.data()[i] += to_first * frames[k].signal.data()[i];
+      mean.mask.data()[i] |= frames[k].mask.data()[i];
+    }
+    mean.notes.insert(mean.notes.end(), frames[k].notes.begin(), frames[k].notes.end());
+  }
+  for (float& value : mean.signal.values()) value /= static_cast<float>(frames.size());
+  MarkDead(mean.signal, mean.mask);
+  return mean;
+}
+
+}  // namespace dermap

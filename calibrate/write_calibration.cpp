@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// The record of a calibration as JSON and pictures.
+#include "calibrate/write_calibration.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <nlohmann/json.hpp>
+#include <opencv2/core.hpp>
+#include <opencv2/imgproc.hpp>
+
+#include "common/files/atomic_file.h"
+#include "common/files/picture.h"
+
+namespace dermap {
+namespace {
+
+using nlohmann::json;
+
+constexpr Rgb8 kOutline{255, 176, 0};
+constexpr int kOutlineShift = 4;  // fractional bits of the outline's coordinates
+
+// 450 -> "450nm", 532.5 -> "532.5nm"
+std::string NameOf(double wavelength_nm) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%gnm", wavelength_nm);
+  return text;
+}
+
+json NumberOrNull(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json RecordOfWindow(const Window& window) {
+  json corners = json::array();
+  for (const Point& p : window.corners) corners.push_back({p.x, p.y});
+  return {{"corners_px", corners}, {"edge_rms_px", window.edge_rms_px}};
+}
+
+json RecordOfCorrelation(const NoiseCorrelation& c) {
+  return {{"along_x", c.along_x}, {"along_y", c.along_y}, {"diagonal", c.diagonal}};
+}
+
+json RecordOfBand(const BandCalibration& band) {
+  json windows = json::array();
+  for (const Window& window : band.windows) windows.push_back(RecordOfWindow(window));
+  const BandAlignment& a = band.alignment;
+  return {{"wavelength_nm", band.band.wavelength_nm},
+          {"fwhm_nm", band.band.fwhm_nm},
+          {"frame", band.skin_files.empty() ? "" : band.skin_files[0]},
+          {"frames", band.skin_files},
+          {"spectralon_frames", band.spectralon_files},
+          {"spectralon_reflectance", band.certified_reflectance},
+          {"gray_card_drift", band.gray_card_drift.empty() ? json(nullptr) : json(band.gray_card_drift[0])},
+          {"gray_card_drifts", band.gray_card_drift},
+          {"windows", windows},
+          {"alignment_shift_px", {a.dx_px, a.dy_px}},
+          {"alignment_rotation_deg", a.angle_rad * 180.0 / 3.14159265358979323846},
+          {"alignment_correlation", a.correlation},
+          {"alignment_uncertainty_px", a.uncertainty_px},
+          {"aligned", a.applied},
+          {"median_reflectance", NumberOrNull(band.median_reflectance)},
+          {"median_noise", NumberOrNull(band.median_noise)},
+          {"saturated_share", band.saturated_share},
+          {"masked_share", band.masked_share},
+          {"correlation", RecordOfCorrelation(band.correlation)},
+          {"dropped", band.dropped},
+          {"notes", band.notes}};
+}
+
+// Mean over the bands that are in the stack.
+json MeanCorrelation(const std::vector<BandCalibration>& bands) {
+  NoiseCorrelation mean{std::vector<double>(NoiseCorrelation::kReach + 1), {}, 0.0};
+  mean.along_y = mean.along_x;
+  double count = 0.0;
+  for (const BandCalibration& band : bands) {
+    if (band.dropped) continue;
+    for (std::size_t i = 0; i < mean.along_x.size(); ++i) {
+      mean.along_x[i] += band.correlation.along_x[i];
+      mean.along_y[i] += band.correlation.along_y[i];
+    }
+    mean.diagonal += band.correlation.diagonal;
+    count += 1.0;
+  }
+  for (double& c : mean.along_x) c /= std::max(1.0, count);
+  for (double& c : mean.along_y) c /= std::max(1.0, count);
+  mean.diagonal /= std::max(1.0, count);
+  json record = RecordOfCorrelation(mean);
+  record["lags"] = "pixels of the patch, from 0";
+  record["note"] =
+      "neighbouring pixels share photosites, so their noise is correlated; sigma is right for each pixel, but the mean "
+      "of n pixels is known less well than sigma / sqrt(n)";
+  return record;
+}
+
+// The captured frame with its window outlined.
+Plane<Rgb8> FramePicture(const BandCalibration& band) {
+  Plane<Rgb8> picture = Colourise(band.picture, ColourMap::kGray, {0.0, 1.0});
+  static_assert(sizeof(Rgb8) == 3);
+  cv::Mat canvas(picture.height(), picture.width(), CV_8UC3, picture.data());
+  std::vector<cv::Point> outline;
+  for (const Point& p : band.windows[0].corners) {
+    const auto fixed = [&](double v) {  // drawing has the first pixel's centre at 0
+      return static_cast<int>(std::lround((v * band.picture_scale - 0.5) * (1 << kOutlineShift)));
+    };
+    outline.emplace_back(fixed(p.x), fixed(p.y));
+  }
+  cv::polylines(canvas, outline, true, cv::Scalar(kOutline[0], kOutline[1], kOutline[2]), 1, cv::LINE_AA, kOutlineShift);
+  return picture;
+}
+
+class Pictures {
+ public:
+  explicit Pictures(std::filesystem::path directory) : directory_(std::move(directory)) {}
+  void Add(const std::string& title, const std::string& name, const Plane<Rgb8>& picture) {
+    WritePng(directory_ / name, picture);
+    list_.push_back({{"title", title}, {"file", directory_.filename().string() + "/" + name}});
+  }
+  const json& list() const { return list_; }
+
+ private:
+  std::filesystem::path directory_;
+  json list_ = json::array();
+};
+
+}  // namespace
+
+json CalibrationRecord(const CalibrationResult& result) {
+  json record{{"session", result.session},
+              {"edge_mask_px", result.edge_mask_px},
+              {"pixel_size_mm", result.stack.pixel_size_mm.value_or(0.0)},
+              {"hot_photosites_share", result.hot_share},
+              {"bands", json::array()},
+              {"noise", json::array()},
+              {"correlation", MeanCorrelation(result.bands)},
+              {"effective_wavelength_note",
+               "red, green and blue photosites weigh a filter's band differently, so their effective wavelengths differ "
+               "by about 0.5 nm; they are combined by inverse variance, and the band is given at the filter's centre"},
+              {"notes", result.notes}};
+  for (const BandCalibration& band : result.bands) record["bands"].push_back(RecordOfBand(band));
+  for (const auto& [iso, model] : result.noise) {
+    record["noise"].push_back({{"iso", iso},
+                               {"gain_dn_per_electron", model.gain},
+                               {"read_noise_dn", std::sqrt(model.read_variance)},
+                               {"points", model.points}});
+  }
+  return record;
+}
+
+std::filesystem::path CalibrationRecordPath(const std::filesystem::path& stack_path) {
+  std::filesystem::path path = stack_path;
+  return path.replace_extension(".calibration.json");
+}
+
+void WriteCalibration(const std::filesystem::path& stack_path, const CalibrationResult& result) {
+  std::filesystem::path directory = stack_path;
+  Pictures pictures(directory.replace_extension(".calibration"));
+  std::size_t k = 0;
+  for (const BandCalibration& band : result.bands) {
+    const std::string name = NameOf(band.band.wavelength_nm);
+    pictures.Add("Captured frame, " + name, name + "_frame.png", FramePicture(band));
+    if (band.dropped) continue;
+    const PlaneF& reflectance = result.stack.reflectance[k++];
+    pictures.Add("Calibrated reflectance, " + name, name + "_reflectance.png",
+                 Colourise(reflectance, ColourMap::kGray, RobustScale(reflectance.values(), 0.5)));
+  }
+  json record = CalibrationRecord(result);
+  record["pictures"] = pictures.list();
+  WriteFileAtomically(CalibrationRecordPath(stack_path), record.dump(2) + "\n");
+  WriteReflectanceStack(stack_path, result.stack);
+}
+
+}  // namespace dermap

@@ -1,0 +1,45 @@
+// SPDX-License-Identifier: Apache-2.0
+// Renders one band: the scene's planes on its domain, the series at one wavelength or several, the filter's
+// width.
+#pragma once
+
+#include <memory>
+#include <vector>
+
+#include "common/transport/band_optics.h"
+#include "common/transport/scattering_series.h"
+
+namespace dermap {
+
+// Keeps its memory between renders of patches of one shape; one a thread.
+class BandRenderer {
+ public:
+  BandRenderer(int width, int height, const ImagingConditions& conditions, const ForwardOptions& options);
+  bool Fits(int width, int height) const { return width_ == width && height_ == height; }
+
+  // Hemispherical reflectance of the patch. `light` may be null (1 everywhere); `junction_absorbance` may be
+  // null
+  // (`base_absorbance` everywhere).
+  PlaneF Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const ParameterMaps& maps,
+                const PlaneF* junction_absorbance, double base_absorbance, const PlaneF* light);
+
+ private:
+  void SetLight(const PlaneF* light);
+  void SetTransmittance(const PlaneF* junction_absorbance, double base_absorbance);
+  void SetAbsorption(const Absorbers& absorbers, const ParameterMaps& maps);
+  void RenderNode(const BandOptics& band, int node, const LocalTotals& totals, const ParameterMaps& maps,
+                  PlaneF& out);
+  void CorrectForWidth(const BandOptics& band, const std::vector<LocalTotals>& totals,
+                       const ParameterMaps& maps, PlaneF& out);
+
+  int width_, height_;
+  ImagingConditions conditions_;
+  ForwardOptions options_;
+  ScatteringSeries series_;
+  PlaneF mu_a_epidermis_, mu_a_dermis_;  // 1/mm
+  PlaneF transmittance_;                 // A of the junction
+  PlaneF light_;                         // on the whole domain
+  PlaneF node_reflectance_, center_reflectance_;
+};
+
+}  // namespace dermap

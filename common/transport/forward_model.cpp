@@ -1,0 +1,173 @@
+// SPDX-License-Identifier: Apache-2.0
+// The forward model: tables of all bands, the threads' renderers, closed forms.
+#include "common/transport/forward_model.h"
+
+#include <cassert>
+#include <cmath>
+#include <mutex>
+#include <numbers>
+
+#include "common/core/error.h"
+#include "common/core/parallel.h"
+#include "common/optics/fresnel.h"
+#include "common/transport/band_optics.h"
+#include "common/transport/band_renderer.h"
+#include "common/transport/render_checks.h"
+
+namespace dermap {
+
+struct ForwardModel::Impl {
+  TissueConfig tissue;
+  ImagingConditions conditions;
+  ForwardOptions options;
+  float exit_angle_factor = 1.0f;
+  std::vector<BandOptics> optics;
+  std::vector<std::vector<LocalTotals>> totals;  // [band][node]
+
+  std::mutex mutex;
+  std::vector<std::unique_ptr<BandRenderer>> idle;  // guarded by mutex
+
+  std::unique_ptr<BandRenderer> Take(int width, int height);
+  void GiveBack(std::unique_ptr<BandRenderer> renderer);
+  PlaneF Render(int band, const ParameterMaps& maps, const PlaneF* light);
+};
+
+std::unique_ptr<BandRenderer> ForwardModel::Impl::Take(int width, int height) {
+  {
+    const std::lock_guard lock(mutex);
+    if (!idle.empty() && !idle.back()->Fits(width, height)) idle.clear();
+    if (!idle.empty()) {
+      std::unique_ptr<BandRenderer> renderer = std::move(idle.back());
+      idle.pop_back();
+      return renderer;
+    }
+  }
+  return std::make_unique<BandRenderer>(width, height, conditions, options);
+}
+
+void ForwardModel::Impl::GiveBack(std::unique_ptr<BandRenderer> renderer) {
+  const std::lock_guard lock(mutex);
+  idle.push_back(std::move(renderer));
+}
+
+PlaneF ForwardModel::Impl::Render(int band, const ParameterMaps& maps, const PlaneF* light) {
+  const auto& planes = maps.junction_absorbance;
+  const PlaneF* absorbance = planes.empty() ? nullptr : &planes[planes.size() == 1 ? 0 : band];
+  std::unique_ptr<BandRenderer> renderer = Take(maps.width(), maps.height());
+  PlaneF out =
+      renderer->Render(optics[band], totals[band], maps, absorbance, tissue.junction_absorbance, light);
+  GiveBack(std::move(renderer));
+  if (exit_angle_factor != 1.0f) {
+    for (float& value : out.values()) value *= exit_angle_factor;
+  }
+  return out;
+}
+
+ForwardModel::ForwardModel(const Chromophores& chromophores, const ProfileSource& source,
+                           const TissueConfig& tissue, std::span<const Band> bands,
+                           const ImagingConditions& conditions, const ForwardOptions& options,
+                           const ProgressFunction& progress)
+    : impl_(std::make_unique<Impl>()) {
+  Validate(tissue);
+  CheckModelInputs(bands, conditions, options);
+  impl_->tissue = tissue;
+  impl_->conditions = conditions;
+  impl_->options = options;
+  impl_->exit_angle_factor =
+      static_cast<float>(ExitAngleFactor(conditions.geometry, tissue.n_outside, tissue.n_epidermis));
+  impl_->optics =
+      BuildBandOptics(chromophores, source, tissue, bands, options.full_band_integration, progress);
+  for (BandOptics& band : impl_->optics) {
+    band.terms = options.terms == kAutomaticTerms ? AutomaticTerms(band, tissue) : options.terms;
+    std::vector<LocalTotals>& totals = impl_->totals.emplace_back();
+    for (const BandOptics::Node& node : band.nodes) totals.emplace_back(node.tables);
+  }
+}
+
+ForwardModel::~ForwardModel() = default;
+ForwardModel::ForwardModel(ForwardModel&&) noexcept = default;
+
+int ForwardModel::band_count() const {
+  return static_cast<int>(impl_->optics.size());
+}
+const ImagingConditions& ForwardModel::conditions() const {
+  return impl_->conditions;
+}
+const ForwardOptions& ForwardModel::options() const {
+  return impl_->options;
+}
+const TissueConfig& ForwardModel::tissue() const {
+  return impl_->tissue;
+}
+const std::vector<BandOptics>& ForwardModel::optics() const {
+  return impl_->optics;
+}
+
+std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<const PlaneF> light) const {
+  CheckMaps(maps, band_count());
+  CheckLight(light, maps, band_count());
+  std::vector<PlaneF> reflectance(band_count());
+  ParallelFor(band_count(), [&](int band) {
+    reflectance[band] =
+        impl_->Render(band, maps, light.empty() ? nullptr : &light[light.size() == 1 ? 0 : band]);
+  });
+  return reflectance;
+}
+
+PlaneF ForwardModel::RenderBand(int band, const ParameterMaps& maps, const PlaneF* light) const {
+  assert(band >= 0 && band < band_count());
+  CheckMaps(maps, band_count());
+  if (light) CheckLight({light, 1}, maps, band_count());
+  return impl_->Render(band, maps, light);
+}
+
+double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double junction_absorbance) const {
+  assert(band >= 0 && band < band_count());
+  double reflectance = 0.0;
+  for (const BandOptics::Node& node : impl_->optics[band].nodes) {
+    reflectance +=
+        node.weight * node.tables.TotalReflectance(node.absorbers.MuAEpidermis(p),
+                                                   node.absorbers.MuADermis(p), junction_absorbance);
+  }
+  return impl_->exit_angle_factor * reflectance;
+}
+
+double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double junction_absorbance,
+                                      ParameterVector& gradient) const {
+  assert(band >= 0 && band < band_count());
+  double reflectance = 0.0;
+  gradient.fill(0.0);
+  for (const BandOptics::Node& node : impl_->optics[band].nodes) {
+    const auto total = node.tables.TotalReflectanceDerivatives(
+        node.absorbers.MuAEpidermis(p), node.absorbers.MuADermis(p), junction_absorbance);
+    const ParameterVector epidermis = node.absorbers.MuAEpidermisGradient(p);
+    const ParameterVector dermis = node.absorbers.MuADermisGradient(p);
+    const double weight = node.weight * impl_->exit_angle_factor;
+    reflectance += weight * total.reflectance;
+    for (int k = 0; k < kParameterCount; ++k) {
+      gradient[k] += weight * (total.d_mu_a_epidermis * epidermis[k] + total.d_mu_a_dermis * dermis[k]);
+    }
+  }
+  return reflectance;
+}
+
+double ExitAngleFactor(Geometry geometry, double n_outside, double n_skin) {
+  if (geometry == Geometry::kHemispherical) return 1.0;
+  // By reciprocity what leaves in a direction is what would enter from it.
+  const double cos_view = std::cos(std::numbers::pi / 6.0);
+  return (1.0 - FresnelReflectance(cos_view, n_outside, n_skin)) /
+         (1.0 - DiffuseFresnelReflectance(n_outside, n_skin));
+}
+
+std::string_view EngineName(Engine engine) {
+  return engine == Engine::kCascade ? "cascade" : "pyramid";
+}
+
+Engine EngineFromName(std::string_view name) {
+  for (const Engine engine : {Engine::kCascade, Engine::kPyramid}) {
+    if (name == EngineName(engine)) return engine;
+  }
+  throw InputError("there is no engine '" + std::string(name) + "'; known are: pyramid, cascade");
+}
+
+}  // namespace dermap

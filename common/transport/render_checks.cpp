@@ -1,0 +1,94 @@
+// SPDX-License-Identifier: Apache-2.0
+// Checks at the forward model's door, so that its loops need none.
+#include "common/transport/render_checks.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "common/core/error.h"
+
+namespace dermap {
+namespace {
+
+constexpr double kLongestMargin_mm = 50.0;
+constexpr int kMostTerms = 1000;
+
+std::string Shape(const PlaneF& plane) {
+  return std::to_string(plane.width()) + " x " + std::to_string(plane.height());
+}
+
+void CheckFinite(const PlaneF& plane, const std::string& name) {
+  const auto bad =
+      std::find_if(plane.values().begin(), plane.values().end(), [](float v) { return !std::isfinite(v); });
+  if (bad == plane.values().end()) return;
+  const auto at = bad - plane.values().begin();
+  throw InputError("map '" + name + "' holds a value that is not a finite number at x = " +
+                   std::to_string(at % plane.width()) + ", y = " + std::to_string(at / plane.width()) +
+                   "; every pixel needs one: fill in what is missing before rendering");
+}
+
+void CheckShape(const PlaneF& plane, const std::string& name, const ParameterMaps& maps) {
+  if (plane.SameShape(maps[Parameter::kC_m])) return;
+  throw InputError("map '" + name + "' is " + Shape(plane) + " pixels but C_m is " +
+                   Shape(maps[Parameter::kC_m]) + "; all planes of a render must have one shape");
+}
+
+// One plane for all bands, or one a band.
+void CheckCount(std::size_t found, int band_count, const std::string& name) {
+  if (found == 1 || found == static_cast<std::size_t>(band_count)) return;
+  throw InputError("there are " + std::to_string(found) + " planes of " + name + " for " +
+                   std::to_string(band_count) + " bands; give one for all bands or one a band");
+}
+
+}  // namespace
+
+void CheckModelInputs(std::span<const Band> bands, const ImagingConditions& conditions,
+                      const ForwardOptions& options) {
+  if (bands.empty()) throw InputError("there is no band to render; name at least one wavelength");
+  for (const Band& band : bands) {
+    if (!std::isfinite(band.wavelength_nm) || !(band.fwhm_nm >= 0.0) || !std::isfinite(band.fwhm_nm)) {
+      throw InputError("the band at " + std::to_string(band.wavelength_nm) + " nm has a width of " +
+                       std::to_string(band.fwhm_nm) + " nm; both must be finite, and the width 0 or more");
+    }
+  }
+  if (!(conditions.pixel_size_mm > 0.0) || !std::isfinite(conditions.pixel_size_mm)) {
+    throw InputError(
+        "the pixel size is " + std::to_string(conditions.pixel_size_mm) +
+        " mm; lateral transport needs one above 0 (--pixel-size-mm, or the attribute dermap:pixelSizeMm)");
+  }
+  if (!(options.margin_mm >= 0.0) || options.margin_mm > kLongestMargin_mm) {
+    throw InputError("the margin is " + std::to_string(options.margin_mm) + " mm; it must be 0 to 50 mm");
+  }
+  if (options.terms != kAutomaticTerms && (options.terms < 0 || options.terms > kMostTerms)) {
+    throw InputError("the number of inter-scattering terms is " + std::to_string(options.terms) +
+                     "; it must be 0 to 1000 (or left out: automatic)");
+  }
+}
+
+void CheckMaps(const ParameterMaps& maps, int band_count) {
+  if (maps[Parameter::kC_m].empty())
+    throw InputError("the parameter maps have no pixels; nothing can be rendered");
+  for (int i = 0; i < kParameterCount; ++i) {
+    const std::string name(kParameters[i].name);
+    CheckShape(maps.planes[i], name, maps);
+    CheckFinite(maps.planes[i], name);
+  }
+  if (maps.junction_absorbance.empty()) return;
+  CheckCount(maps.junction_absorbance.size(), band_count, "junction_absorbance");
+  for (const PlaneF& plane : maps.junction_absorbance) {
+    CheckShape(plane, "junction_absorbance", maps);
+    CheckFinite(plane, "junction_absorbance");
+  }
+}
+
+void CheckLight(std::span<const PlaneF> light, const ParameterMaps& maps, int band_count) {
+  if (light.empty()) return;
+  CheckCount(light.size(), band_count, "light");
+  for (const PlaneF& plane : light) {
+    CheckShape(plane, "light", maps);
+    CheckFinite(plane, "light");
+  }
+}
+
+}  // namespace dermap

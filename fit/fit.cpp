@@ -1,0 +1,161 @@
+// SPDX-License-Identifier: Apache-2.0
+// From stack to result: prepare, choose a size, run the method, count the errors.
+#include "fit/fit.h"
+
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <utility>
+
+#include "common/core/parallel.h"
+#include "common/optics/profile_source.h"
+#include "fit/descent.h"
+#include "fit/fast.h"
+#include "fit/local_start.h"
+#include "fit/prepare.h"
+#include "fit/resample.h"
+#include "fit/run_log.h"
+#include "fit/size.h"
+#include "fit/uncertainty.h"
+
+namespace dermap {
+namespace {
+
+// What a method leaves behind.
+struct Outcome {
+  FitState state;
+  bool converged = false;
+  double adapted_parameters = 0.0;
+};
+
+template <class... Args>
+std::string Format(const char* format, Args... args) {
+  char text[360];
+  std::snprintf(text, sizeof text, format, args...);
+  return text;
+}
+
+// Seconds of one full render, of the data at 64 pixels or at their own size.
+double SecondsPerPixel(const FitData& data, const ModelMaker& make_model, const ParameterVector& start) {
+  const FitData small = ReduceData(data, 64, 1);
+  const ForwardModel model = make_model(small.conditions);
+  const ParameterMaps maps(small.width(), small.height(), start);
+  model.Render(maps);  // fills caches
+  const auto begin = std::chrono::steady_clock::now();
+  model.Render(maps);
+  const double seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return seconds / static_cast<double>(small.fitted.size());
+}
+
+int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker& make_model, int free_count,
+               RunLog& log) {
+  const int longer = std::max(data.width(), data.height()), shorter = std::min(data.width(), data.height());
+  if (options.size > 0) {
+    const int size = std::min(options.size, longer);
+    log.Decide(Format("The fit ran at %d pixels along the longer side, as asked for (the stack has %d).",
+                      size, longer));
+    return size;
+  }
+  if (longer <= 32) return longer;
+  const double renders = ExpectedRenders(options, free_count);
+  return LargestAffordableSize(longer, static_cast<double>(shorter) / longer,
+                               SecondsPerPixel(data, make_model, options.fixed_values), renders,
+                               options.time_budget_s, log.decisions);
+}
+
+Outcome RunDescent(PatchProblem& problem, const FitOptions& options, RunLog& log) {
+  const bool local = options.start == StartPoint::kLocal;
+  log.Decide(std::string("Descent started from ") +
+             (local ? "the closed-form inversion of each pixel." : "average skin in every pixel.") +
+             " Steps: " + std::string(NameOf(options.metric)) + ".");
+  ParameterMaps start =
+      local ? InvertLocally(problem, options.fixed_values)
+            : ParameterMaps(problem.data().width(), problem.data().height(), options.fixed_values);
+  DescentOutcome descent = Descend(problem, std::move(start), options, log);
+  log.renders_before += problem.renders();
+  return {std::move(descent.state), descent.converged, 0.0};
+}
+
+Outcome RunFast(const PatchProblem& problem, const ModelMaker& make_model, const FitOptions& options,
+                RunLog& log) {
+  FastOutcome fast =
+      FitCoarseToFine(problem.data(), problem.model(), problem.space(), make_model, options, log);
+  Outcome outcome{{}, fast.converged, 0.0};
+  if (options.noise_probe) {
+    outcome.adapted_parameters =
+        AdaptedParameters(problem.data(), problem.model(), problem.space(), make_model, options, fast, log);
+    log.Decide(Format(
+        "Degrees of freedom: a second fit to data with noise added followed that noise like a model of "
+        "%.2f parameters a pixel.",
+        outcome.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
+  }
+  outcome.state = std::move(fast.state);
+  return outcome;
+}
+
+void FillMisfit(const Outcome& outcome, FitResult& result) {
+  const Misfit& misfit = outcome.state.misfit;
+  result.rms_residual = misfit.rms;
+  result.rms_residual_per_band = misfit.rms_per_band;
+  result.data_count = misfit.data_count;
+  result.chi2_per_datum = misfit.Chi2PerDatum();
+  const double data_count = static_cast<double>(misfit.data_count);
+  result.degrees_of_freedom = std::max(data_count - outcome.adapted_parameters, 1.0);
+  result.chi2 = misfit.chi2 / result.degrees_of_freedom;
+  const double per_dof = data_count / result.degrees_of_freedom;
+  for (FitIteration& step : result.history) step.chi2 *= per_dof;
+  result.chi2_map = PlaneF(misfit.chi2_map.width(), misfit.chi2_map.height());
+  for (std::size_t i = 0; i < result.chi2_map.size(); ++i)
+    result.chi2_map.data()[i] =
+        static_cast<float>(misfit.chi2_map.data()[i] * per_dof / static_cast<double>(result.bands.size()));
+}
+
+FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outcome,
+                  const FitOptions& options, RunLog& log) {
+  FitResult result;
+  result.bands = data.bands;
+  result.conditions = data.conditions;
+  result.free_parameters = problem.space().free();
+  result.sigma = StandardDeviations(problem, outcome.state);
+  result.flags = FlagsOf(problem, outcome.state);
+  result.measured = data.measured;
+  result.noise = data.sigma;
+  result.residual = Residual(data, outcome.state.predicted);
+  result.history = std::move(log.history);
+  FillMisfit(outcome, result);
+  result.maps = std::move(outcome.state.maps);
+  result.predicted = std::move(outcome.state.predicted);
+  result.converged = outcome.converged;
+  result.renders = log.renders_before;
+  result.method = NameOf(options.method);
+  result.profiles = options.profiles;
+  result.engine = EngineName(options.forward.engine);
+  result.seed = options.seed;
+  result.decisions = std::move(log.decisions);
+  result.seconds = log.Seconds();
+  return result;
+}
+
+}  // namespace
+
+FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, const Chromophores& chromophores,
+                   const ProgressFunction& progress) {
+  const ThreadLimit limit(options.threads);
+  RunLog log(progress);
+  Validate(options.tissue);
+  const ParameterSpace space(
+      ChooseFreeParameters(options.free_parameters, static_cast<int>(stack.bands.size()), log.decisions));
+  FitData data = PrepareStack(stack, options, space.count(), log.decisions);
+  const auto source = MakeProfileSource(options.profiles);
+  const ModelMaker make_model = [&](const ImagingConditions& conditions) {
+    return ForwardModel(chromophores, *source, options.tissue, data.bands, conditions, options.forward);
+  };
+  data = ReduceData(data, ChooseSize(data, options, make_model, space.count(), log), space.count());
+  const ForwardModel model = make_model(data.conditions);
+  PatchProblem problem(data, model, space);
+  Outcome outcome = options.method == FitMethod::kDescent ? RunDescent(problem, options, log)
+                                                          : RunFast(problem, make_model, options, log);
+  return Collect(problem, data, std::move(outcome), options, log);
+}
+
+}  // namespace dermap

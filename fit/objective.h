@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// How far a rendered patch is from the measured one.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+#include "common/core/image.h"
+#include "fit/prepare.h"
+
+namespace dermap {
+
+struct Misfit {
+  double chi2 = 0.0;           // sum of ((measured - predicted) / sigma)^2 over the data of the fitted pixels
+  std::size_t data_count = 0;  // as many
+  double rms = 0.0;            // of measured - predicted, reflectance
+  std::vector<double> rms_per_band;
+  Plane<double> chi2_map;  // the sum over the bands of each pixel; 0 where masked
+
+  double Chi2PerDatum() const { return data_count > 0 ? chi2 / static_cast<double>(data_count) : 0.0; }
+};
+
+Misfit Evaluate(const FitData& data, const std::vector<PlaneF>& predicted);
+
+// measured - predicted; NaN where missing.
+std::vector<PlaneF> Residual(const FitData& data, const std::vector<PlaneF>& predicted);
+
+// One datum in logarithms, divided by its noise: (ln measured - ln predicted) / (sigma / measured).
+// Reflectance is close to an exponential of absorption, so Gauss-Newton steps reach further in this form;
+// near the solution both agree.
+struct LogResidual {
+  double residual;
+  double weight;  // 1 / noise of the logarithm
+};
+// Below one standard deviation `measured` counts as one: the logarithm of noise says nothing.
+LogResidual LogResidualOf(double measured, double sigma, double predicted) noexcept;
+
+}  // namespace dermap

@@ -1,0 +1,63 @@
+// SPDX-License-Identifier: Apache-2.0
+// What a caller may choose about a fit, and how the command line's words become these choices.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "common/tissue/parameters.h"
+#include "common/tissue/tissue.h"
+#include "common/transport/forward_model.h"
+
+namespace dermap {
+
+enum class FitMethod {
+  kFast,     // coarse to fine, damped Gauss-Newton a pixel with the full render as residual
+  kDescent,  // simultaneous descent in all pixels from forward differences [D08 6.3]
+};
+
+enum class StartPoint { kAverage, kLocal };  // average skin as in [D08 6.3] | closed-form inversion a pixel
+
+// How descent turns forward differences into a step.
+enum class DescentMetric {
+  kPlain,      // along the negative gradient, as in [D08 6.3]
+  kCurvature,  // the gradient preconditioned by the pixel's own normal matrix, from the same differences
+};
+
+struct FitOptions {
+  FitMethod method = FitMethod::kFast;
+  DescentMetric metric = DescentMetric::kCurvature;
+  std::string profiles = "multipole";
+  ForwardOptions forward;
+  std::vector<Parameter> free_parameters;        // empty: chosen by how many bands there are ("auto")
+  ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
+  StartPoint start = StartPoint::kAverage;       // descent only: fast always starts from the local inversion
+  int size = 0;  // pixels along the longer side; 0: the largest that the time budget allows
+  double time_budget_s = 60.0;
+  int max_iterations = 400;  // [D08 6.3]
+  double stop_chi2 = 1.02;   // squared residual over noise, mean over all data; 0: never stop on it
+  // Forward differences step by this share of a parameter's scale (ParameterSpace): small against the
+  // curvature, large against the rounding of a float render.
+  double difference_step = 1e-3;
+  bool noise_probe = true;  // fast only: fit once more with noise added, to count degrees of freedom
+  int threads = 0;          // 0: all cores
+  std::optional<double> pixel_size_mm;  // overrides the stack's
+  TissueConfig tissue;
+  std::uint64_t seed = 1;  // of the noise probe
+};
+
+// Each throws InputError that lists the known names.
+FitMethod FitMethodFromName(std::string_view name);          // fast, descent
+DescentMetric DescentMetricFromName(std::string_view name);  // curvature, plain
+StartPoint StartPointFromName(std::string_view name);        // average, local
+std::string_view NameOf(FitMethod method);
+std::string_view NameOf(DescentMetric metric);
+std::string_view NameOf(StartPoint start);
+
+// "auto" (empty list) or names of table 1 separated by commas, each once.
+std::vector<Parameter> FreeParametersFromText(std::string_view text);
+
+}  // namespace dermap

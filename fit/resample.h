@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Changing the size of a fit: area averages downwards, linear interpolation upwards.
+#pragma once
+
+#include <vector>
+
+#include "common/tissue/parameters.h"
+#include "fit/prepare.h"
+
+namespace dermap {
+
+// Averages areas such that the longer side has `size` pixels (a size not below the present one returns the
+// data as they are); pixels stay square. Missing data have no weight, and a new pixel of which less than half
+// is known is missing. Sigma is propagated as if the noise of the old pixels were independent: resampling in
+// calibration correlates neighbours, so the sigma of a large reduction is too small by a factor of up to the
+// correlation length in pixels.
+FitData ReduceData(const FitData& data, int size, int free_count);
+
+// The plane at width x height over the same area, linear between the centres of pixels, constant beyond the
+// outer ones.
+PlaneF ResizeLinear(const PlaneF& plane, int width, int height);
+ParameterMaps ResizeLinear(const ParameterMaps& maps, int width, int height);
+
+}  // namespace dermap

@@ -1,0 +1,43 @@
+// SPDX-License-Identifier: Apache-2.0
+// The record that a method keeps while it runs: iterations, renders, time.
+#pragma once
+
+#include <chrono>
+#include <string>
+#include <vector>
+
+#include "common/core/progress.h"
+#include "fit/fit_result.h"
+#include "fit/objective.h"
+
+namespace dermap {
+
+class RunLog {
+ public:
+  explicit RunLog(ProgressFunction progress = {})
+      : start_(std::chrono::steady_clock::now()), progress_(std::move(progress)) {}
+
+  double Seconds() const {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  }
+  void Decide(std::string sentence) { decisions.push_back(std::move(sentence)); }
+  // `renders` of the present size's problem; those of earlier sizes are in `renders_before`. chi2 is per
+  // datum here.
+  void Add(const Misfit& misfit, int renders) {
+    history.push_back({static_cast<int>(history.size()), renders_before + renders, Seconds(), misfit.rms,
+                       misfit.Chi2PerDatum()});
+  }
+  void Progress(double fraction) const {
+    if (progress_) progress_(fraction);
+  }
+
+  std::vector<FitIteration> history;
+  std::vector<std::string> decisions;
+  int renders_before = 0;
+
+ private:
+  std::chrono::steady_clock::time_point start_;
+  ProgressFunction progress_;
+};
+
+}  // namespace dermap

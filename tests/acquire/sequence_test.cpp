@@ -1,0 +1,286 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session stopped at any point and resumed must be the session that was never stopped: that is the truth
+// here.
+#include "acquire/sequence.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/resource.h>
+
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
+#include "acquire/schedule.h"
+#include "acquire/simulated/simulated_station.h"
+#include "common/core/error.h"
+#include "common/files/atomic_file.h"
+#include "common/files/session_journal.h"
+#include "tests/acquire/support.h"
+
+namespace dermap {
+namespace {
+
+namespace fs = std::filesystem;
+using acquire_test::kSmallPlanFrames;
+using acquire_test::TemporaryFolder;
+using acquire_test::WatchedStation;
+using testing::HasSubstr;
+
+class Sequence : public testing::Test {
+ protected:
+  Sequence() {
+    folder_.Write("scene.toml", acquire_test::SmallSceneToml());
+    options_.rig = folder_.Write("rig.toml", acquire_test::SmallRigToml("scene.toml"));
+    options_.plan = folder_.Write("plan.toml", acquire_test::SmallPlanToml());
+    options_.out = folder_.path() / "session";
+  }
+
+  // Hash of every frame of a session that nothing disturbs.
+  std::vector<std::string> Undisturbed() {
+    CaptureOptions options = options_;
+    options.out = folder_.path() / "undisturbed";
+    std::vector<std::string> hashes;
+    for (const FrameRecord& f : RunCapture(options).session.frames) hashes.push_back(f.sha256);
+    return hashes;
+  }
+
+  void ExpectWhole(const std::vector<std::string>& hashes) {
+    const Session session = ReadSession(options_.out);
+    EXPECT_TRUE(session.complete);
+    ASSERT_EQ(session.frames.size(), hashes.size());
+    for (std::size_t i = 0; i < hashes.size(); ++i) EXPECT_EQ(session.frames[i].sha256, hashes[i]) << i;
+    VerifyFrames(session);
+    // Nothing else lies in frames/: no temporary file, no second copy.
+    const auto files =
+        std::distance(fs::directory_iterator(options_.out / "frames"), fs::directory_iterator{});
+    EXPECT_EQ(files, static_cast<std::ptrdiff_t>(hashes.size()));
+  }
+
+  template <class Exception>
+  std::string MessageOf(const CaptureOptions& options) {
+    try {
+      RunCapture(options);
+    } catch (const Exception& e) {
+      return e.what();
+    }
+    return "no error";
+  }
+
+  TemporaryFolder folder_;
+  CaptureOptions options_;
+};
+
+// The plan by hand: a black frame for each of two ISO, then two filters on Spectralon, then on skin.
+TEST_F(Sequence, TakesWhatThePlanAsksForInOrder) {
+  std::vector<std::string> files;
+  int warnings = 0;
+  std::vector<double> fractions;
+  std::vector<FrameRole> placed;
+  options_.on_frame = [&](const FrameEvent& e) {
+    files.push_back(e.frame.file);
+    warnings += !e.warning.empty();
+    EXPECT_TRUE(fs::exists(options_.out / e.frame.file));
+    EXPECT_EQ(e.check.width_px, 96);
+    EXPECT_EQ(e.done, static_cast<int>(files.size()));
+  };
+  options_.progress = [&](double f) { fractions.push_back(f); };
+  options_.place = [&](FrameRole role) { placed.push_back(role); };
+  const CaptureSummary summary = RunCapture(options_);
+  EXPECT_THAT(files,
+              testing::ElementsAre("frames/0001_black_0nm.dng", "frames/0002_black_0nm.dng",
+                                   "frames/0003_spectralon_540nm.dng", "frames/0004_spectralon_650nm.dng",
+                                   "frames/0005_skin_540nm.dng", "frames/0006_skin_650nm.dng"));
+  EXPECT_EQ(summary.taken, kSmallPlanFrames);
+  EXPECT_EQ(summary.kept, 0);
+  EXPECT_TRUE(summary.session.complete);
+  EXPECT_EQ(warnings, 0);
+  EXPECT_THAT(placed, testing::ElementsAre(FrameRole::kBlack, FrameRole::kSpectralon, FrameRole::kSkin));
+  EXPECT_TRUE(std::is_sorted(fractions.begin(), fractions.end()));
+  EXPECT_EQ(fractions.back(), 1.0);
+  EXPECT_TRUE(fs::exists(options_.out / "truth/reflectance.exr"));
+  EXPECT_TRUE(fs::exists(options_.out / "truth/bench.json"));
+  const Session session = ReadSession(options_.out);
+  EXPECT_EQ(session.frames[0].iso, 100);
+  EXPECT_EQ(session.frames[1].iso, 250);
+  EXPECT_EQ(session.frames[5].iso, 250);
+  VerifyFrames(session);
+}
+
+TEST_F(Sequence, SameSeedGivesTheSameBytes) {
+  const auto hashes = Undisturbed();
+  RunCapture(options_);
+  ExpectWhole(hashes);
+}
+
+// The camera dies before each frame in turn.
+TEST_F(Sequence, ResumesAfterADeviceFailureAtEveryFrame) {
+  const auto hashes = Undisturbed();
+  for (int dies_at = 1; dies_at <= kSmallPlanFrames; ++dies_at) {
+    fs::remove_all(options_.out);
+    options_.resume = false;
+    SimulatedStation inner(ReadRig(options_.rig));
+    WatchedStation station(inner);
+    station.before_capture = [&](const CaptureSettings& s) {
+      if (s.shot == dies_at) throw DeviceError("unplugged");
+    };
+    EXPECT_THROW(RunCapture(options_, station), DeviceError);
+    if (dies_at > 1) {
+      EXPECT_FALSE(ReadSession(options_.out).complete);
+    }
+    station.before_capture = nullptr;
+    options_.resume = true;
+    const CaptureSummary summary = RunCapture(options_, station);
+    EXPECT_EQ(summary.kept, dies_at - 1);
+    EXPECT_EQ(summary.taken, kSmallPlanFrames - dies_at + 1);
+    for (const auto& [shot, times] : station.shots) EXPECT_EQ(times, shot == dies_at ? 2 : 1) << shot;
+    ExpectWhole(hashes);
+  }
+}
+
+// Power cut: the journal ends anywhere, in the middle of a line too, and the manifest is from before or
+// missing.
+TEST_F(Sequence, ResumesAfterTruncationOfTheJournalAnywhere) {
+  const auto hashes = Undisturbed();
+  RunCapture(options_);
+  const std::string journal = ReadTextFile(options_.out / "journal.jsonl");
+  options_.resume = true;
+  for (std::size_t length = 0; length < journal.size(); length += 151) {
+    std::ofstream(options_.out / "journal.jsonl", std::ios::trunc) << journal.substr(0, length);
+    fs::remove(options_.out / "session.json");
+    const auto lines =
+        std::count(journal.begin(), journal.begin() + static_cast<std::ptrdiff_t>(length), '\n');
+    const CaptureSummary summary = RunCapture(options_);
+    EXPECT_EQ(summary.kept, std::clamp<int>(static_cast<int>(lines) - 1, 0, kSmallPlanFrames)) << length;
+    EXPECT_EQ(summary.kept + summary.taken, kSmallPlanFrames);
+    ExpectWhole(hashes);
+  }
+}
+
+TEST_F(Sequence, TakesDamagedAndMissingFramesAgain) {
+  const auto hashes = Undisturbed();
+  RunCapture(options_);
+  fs::remove(options_.out / "frames/0003_spectralon_540nm.dng");
+  fs::resize_file(options_.out / "frames/0006_skin_650nm.dng", 1000);
+  options_.resume = true;
+  const CaptureSummary summary = RunCapture(options_);
+  EXPECT_EQ(summary.kept, kSmallPlanFrames - 2);
+  EXPECT_EQ(summary.taken, 2);
+  ExpectWhole(hashes);
+  // A session that is whole already is left as it is.
+  const std::string journal = ReadTextFile(options_.out / "journal.jsonl");
+  EXPECT_EQ(RunCapture(options_).taken, 0);
+  EXPECT_EQ(ReadTextFile(options_.out / "journal.jsonl"), journal);
+}
+
+// A transfer that is cut short is noticed while the subject is there, and the frame taken again.
+TEST_F(Sequence, RetakesAFrameThatDoesNotDecode) {
+  const auto hashes = Undisturbed();
+  SimulatedStation inner(ReadRig(options_.rig));
+  WatchedStation station(inner);
+  station.after_capture = [&](const CaptureSettings& s, RawFrame& frame) {
+    if (s.shot == 5 && station.shots[5] == 1) frame.bytes.resize(frame.bytes.size() / 2);
+    if (s.shot == 6 && station.shots[6] == 1) frame.bytes.assign(100, std::byte{'x'});
+  };
+  RunCapture(options_, station);
+  EXPECT_EQ(station.shots[4], 1);
+  EXPECT_EQ(station.shots[5], 2);
+  EXPECT_EQ(station.shots[6], 2);
+  ExpectWhole(hashes);
+
+  fs::remove_all(options_.out);
+  station.after_capture = [&](const CaptureSettings&, RawFrame& frame) { frame.bytes.clear(); };
+  EXPECT_THROW(RunCapture(options_, station), DeviceError);
+  EXPECT_TRUE(!fs::exists(options_.out / "frames") || fs::is_empty(options_.out / "frames"));
+}
+
+TEST_F(Sequence, StopsBetweenFramesWhenAsked) {
+  int asked = 0;
+  options_.stop = [&] { return ++asked > 3; };
+  const CaptureSummary summary = RunCapture(options_);
+  EXPECT_FALSE(summary.session.complete);
+  EXPECT_EQ(summary.taken, 3);
+  options_.stop = nullptr;
+  options_.resume = true;
+  EXPECT_EQ(RunCapture(options_).kept, 3);
+}
+
+// A full disk, as the system tells of it: no file may grow beyond 8 kB, a frame has 10 kB.
+TEST_F(Sequence, FullDiskIsAStorageErrorAndCanBeResumed) {
+  const auto hashes = Undisturbed();
+  SimulatedStation inner(ReadRig(options_.rig));
+  WatchedStation station(inner);
+  rlimit before{};
+  getrlimit(RLIMIT_FSIZE, &before);
+  const auto ignored = signal(SIGXFSZ, SIG_IGN);
+  station.before_capture = [&](const CaptureSettings& s) {
+    rlimit small = before;
+    small.rlim_cur = 8192;
+    if (s.shot == 4) setrlimit(RLIMIT_FSIZE, &small);
+  };
+  EXPECT_THROW(RunCapture(options_, station), StorageError);
+  setrlimit(RLIMIT_FSIZE, &before);
+  signal(SIGXFSZ, ignored);
+  EXPECT_FALSE(fs::exists(options_.out / "frames/0004_spectralon_650nm.dng"));
+  station.before_capture = nullptr;
+  options_.resume = true;
+  EXPECT_EQ(RunCapture(options_, station).kept, 3);
+  ExpectWhole(hashes);
+}
+
+TEST_F(Sequence, RefusesWhatDoesNotFit) {
+  EXPECT_THAT(MessageOf<InputError>([&] {
+                auto o = options_;
+                o.resume = true;
+                return o;
+              }()),
+              HasSubstr("leave out --resume"));
+  RunCapture(options_);
+  EXPECT_THAT(MessageOf<InputError>(options_), HasSubstr("--resume"));
+
+  CaptureOptions other = options_;
+  other.resume = true;
+  other.plan = folder_.Write("other.toml", acquire_test::SmallPlanToml() + "");
+  EXPECT_EQ(RunCapture(other).taken, 0);  // the same plan under another name is the same plan
+  other.plan = folder_.Write("other.toml", "[[exposure]]\nslot = 2\niso = 100\n");
+  EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("another plan"));
+  other.plan = options_.plan;
+  other.scene = folder_.Write("other_scene.toml", "flat_reflectance = 0.3\n");
+  EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("another plan, rig or scene"));
+
+  other = options_;
+  other.out = folder_.path() / "new";
+  other.plan = folder_.Write("other.toml", "[[exposure]]\nslot = 7\niso = 100\n");
+  EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("slot 7"));
+  other.plan = options_.plan;
+  other.scene = "no_such_scene.toml";
+  EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("no_such_scene.toml"));
+  other.scene.clear();
+  other.rig = folder_.Write(
+      "r.toml", "[camera]\ndriver = \"polaroid\"\n" + acquire_test::SmallRigToml("scene.toml").substr(15));
+  EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("known: \"simulated\""));
+  EXPECT_FALSE(fs::exists(other.out)) << "a session was begun";
+}
+
+TEST_F(Sequence, LeavesAFolderOfOtherThingsAlone) {
+  fs::create_directories(options_.out);
+  std::ofstream(options_.out / "thesis.txt") << "do not lose";
+  EXPECT_THAT(MessageOf<InputError>(options_), HasSubstr("not an empty folder"));
+  EXPECT_FALSE(fs::exists(options_.out / "journal.jsonl"));
+}
+
+// ISO 6400 saturates Spectralon; a flash that does not fire leaves the frame dark.
+TEST_F(Sequence, WarnsAboutExposure) {
+  folder_.Write("scene.toml", acquire_test::SmallSceneToml() + "misfired_shots = [6]\n");
+  options_.plan =
+      folder_.Write("bright.toml", "[[exposure]]\nslot = 1\niso = 6400\n[[exposure]]\nslot = 2\niso = 250\n");
+  const CaptureSummary summary = RunCapture(options_);
+  ASSERT_EQ(summary.warnings.size(), 3u);
+  EXPECT_THAT(summary.warnings[0], HasSubstr("frame 3 (spectralon, 540 nm)"));
+  EXPECT_THAT(summary.warnings[0], HasSubstr("lower the ISO of slot 1"));
+  EXPECT_THAT(summary.warnings[2], HasSubstr("frame 6 (skin, 650 nm) is dark"));
+}
+
+}  // namespace
+}  // namespace dermap
