@@ -31,7 +31,8 @@ std::vector<std::uint16_t> ActiveArea(const LibRaw& raw) {
 
 FrameCheck CheckFrame(const RawFrame& frame) {
   FrameCheck check;
-  const auto raw = std::make_unique<LibRaw>();
+  const auto raw =
+      std::make_unique<LibRaw>(LIBRAW_OPIONS_NO_DATAERR_CALLBACK);  // silent; we ask for the count
   const auto failed = [&](int code, const char* what) {
     if (code == LIBRAW_SUCCESS) return false;
     check.problem = std::string(what) + ": " + libraw_strerror(code);

@@ -16,6 +16,7 @@ namespace dermap {
 namespace {
 
 constexpr double kSmooth_px = 1.0;    // against noise
+constexpr int kTapeBlur_px = 6;        // along the border: darkened by the tape's edge, kept out of the smoothing too
 constexpr double kCoarse_px = 10.0;   // what is smoother than this is light and shape, not structure
 constexpr double kDarkest = 0.003;
 constexpr int kPasses = 3;            // the mean of the others becomes sharper as they move into place
@@ -47,9 +48,9 @@ Structure StructureOf(const PlaneF& reflectance, const PlaneF& noise, int border
       const float r = reflectance(x, y);
       if (!std::isfinite(r)) continue;
       log_r.at<float>(y, x) = static_cast<float>(std::log(std::max(static_cast<double>(r), kDarkest)));
-      weights.at<float>(y, x) = 1.0f;
-      const bool inner = x >= border && y >= border && x < log_r.cols - border && y < log_r.rows - border;
-      if (!inner) continue;
+      const int edge = std::min({x, y, log_r.cols - 1 - x, log_r.rows - 1 - y});
+      if (edge >= kTapeBlur_px) weights.at<float>(y, x) = 1.0f;
+      if (edge < border) continue;
       s.mask.at<std::uint8_t>(y, x) = 255;
       if (std::isfinite(noise(x, y)) && r > 0.0f) relative.push_back(noise(x, y) / r);
     }

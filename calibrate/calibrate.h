@@ -19,7 +19,7 @@ namespace dermap {
 
 struct CalibrationOptions {
   int patch_px = 256;            // [D08 7.2]
-  double edge_mask_px = 4.0;     // patch pixels along the border that are not valid: blurred with the tape (see README)
+  double edge_mask_px = 3.0;     // patch pixels along the border that are not valid: blurred with the tape (see README)
   bool align = true;             // by what the bands share inside the window
   AlignmentOptions alignment;
   bool verify_hashes = true;     // every frame against its SHA-256 before anything else

@@ -16,19 +16,20 @@ constexpr int kFewestSamples = 50;
 constexpr double kRoundingVariance = 1.0 / 12.0;  // of one step: no camera reads better
 constexpr int kReweightings = 5;
 
-// Differences between neighbours of one kind, two a pair: whatever varies slowly over the card drops out.
+// Differences between neighbours of one kind: whatever varies slowly over the card drops out.
 // value(x, y) is called where both photosites are usable.
 template <class Value, class Usable>
 PhotonTransferPoint PointOfLattice(int lattice, const PixelRegion& card, const Value& value, const Usable& usable) {
   std::vector<float> halves;
   for (int y = card.y + (lattice >> 1); y < card.y + card.height; y += 2) {
-    for (int x = card.x + (lattice & 1); x + 2 < card.x + card.width; x += 4) {
+    for (int x = card.x + (lattice & 1); x + 2 < card.x + card.width; x += 2) {
       if (!usable(x, y) || !usable(x + 2, y)) continue;
       halves.push_back(static_cast<float>((value(x, y) - value(x + 2, y)) / std::sqrt(2.0)));
     }
   }
   PhotonTransferPoint point;
-  point.samples = static_cast<int>(halves.size());
+  // Differences that share a photosite count less: the variance of their mean square is 3 / n, not 2 / n.
+  point.samples = static_cast<int>(halves.size() * 2 / 3);
   if (point.samples >= kFewestSamples) point.variance = ClippedVariance(halves);
   return point;
 }

@@ -13,7 +13,7 @@ namespace dermap {
 
 struct Window {
   std::array<Point, 4> corners;  // camera coordinates, clockwise in the picture from its upper left
-  double edge_rms_px = 0.0;      // scatter of the edges' points about their lines
+  double edge_uncertainty_px = 0.0;  // one standard deviation of an edge's place, estimated, mean of the four
   double smallest_side_px = 0.0;
   double largest_side_px = 0.0;
   Homography camera_from_unit;   // the window is the unit square

@@ -9,6 +9,7 @@
 #include <optional>
 #include <vector>
 
+#include "calibrate/edge_model.h"
 #include "calibrate/window.h"
 #include "common/core/error.h"
 
@@ -19,24 +20,12 @@ constexpr double kReach_px = 8.0;       // of a profile to either side
 constexpr double kRoughReach_px = 12.0;  // in the first pass, which starts from a contour
 constexpr double kStep_px = 0.5;
 constexpr double kClear_px = 3.0;        // blur of lens and lattice: nearer to the edge neither side is level
-constexpr double kCornerShare = 0.1;     // of an edge at either end that is not used: corners are cut round
 constexpr int kNeighbours = 2;           // profiles averaged to either side
-constexpr int kPasses = 3;
+constexpr int kPasses = 3;               // the last two by the model of the edge
 constexpr double kFewestProfiles = 0.3;  // of those tried
 constexpr double kLeastContrast = 0.004;  // reflectance
 
 using Profile = std::vector<double>;  // from outside to inside, NaN where masked
-
-struct Edge {
-  Point from, to;
-  double length() const { return std::hypot(to.x - from.x, to.y - from.y); }
-  Point along() const { return {(to.x - from.x) / length(), (to.y - from.y) / length()}; }
-  // Corners run clockwise in the picture (y down), so the inside lies to the right of the direction of travel.
-  Point inwards() const { return {-along().y, along().x}; }
-  Point At(double t, double s) const {
-    return {from.x + t * along().x + s * inwards().x, from.y + t * along().y + s * inwards().y};
-  }
-};
 
 double Offset(std::size_t index, double reach) { return static_cast<double>(index) * kStep_px - reach; }
 
@@ -118,10 +107,10 @@ struct Line {
 
 struct EdgeFit {
   Line line;
-  double rms_px = 0.0;
+  double uncertainty_px = 0.0;
 };
 
-std::optional<EdgeFit> FitEdge(const Mosaic& mosaic, const Edge& edge, double reach) {
+std::optional<EdgeFit> HalfLevelLine(const Mosaic& mosaic, const Edge& edge, double reach) {
   std::vector<double> positions;
   for (double t = kCornerShare * edge.length(); t <= (1 - kCornerShare) * edge.length(); t += 2.0) positions.push_back(t);
   const std::vector<Profile> profiles = Profiles(mosaic, edge, positions, reach);
@@ -141,10 +130,20 @@ std::optional<EdgeFit> FitEdge(const Mosaic& mosaic, const Edge& edge, double re
   result.line = {a, {b.x - a.x, b.y - a.y}};
   for (const auto& p : points) {
     const double off = (p.y - fit[3]) * fit[0] - (p.x - fit[2]) * fit[1];
-    result.rms_px += off * off / static_cast<double>(points.size());
+    result.uncertainty_px += off * off / static_cast<double>(points.size());
   }
-  result.rms_px = std::sqrt(result.rms_px);
+  result.uncertainty_px = std::sqrt(result.uncertainty_px / static_cast<double>(points.size()));
   return result;
+}
+
+// The model's line, or the half-level line where the model finds none.
+std::optional<EdgeFit> ModelLine(const Mosaic& mosaic, const Edge& edge) {
+  const auto shift = FitEdgeModel(mosaic, edge);
+  if (!shift) return HalfLevelLine(mosaic, edge, kReach_px);
+  const Point a = edge.At(0.0, shift->from_px);
+  const Point b = edge.At(edge.length(), shift->to_px);
+  const double length = std::hypot(b.x - a.x, b.y - a.y);
+  return EdgeFit{{a, {(b.x - a.x) / length, (b.y - a.y) / length}}, shift->uncertainty_px};
 }
 
 std::optional<Point> Intersection(const Line& a, const Line& b) {
@@ -164,14 +163,14 @@ Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, con
     double mean_square = 0.0;
     for (int i = 0; i < 4; ++i) {
       const Edge edge{window.corners[i], window.corners[(i + 1) % 4]};
-      const auto fit = FitEdge(mosaic, edge, pass == 0 ? kRoughReach_px : kReach_px);
+      const auto fit = pass == 0 ? HalfLevelLine(mosaic, edge, kRoughReach_px) : ModelLine(mosaic, edge);
       if (!fit) {
         throw InputError(frame_name + ": side " + std::to_string(i + 1) + " of the window (clockwise from the top) has no "
                          "clear edge against the tape; expected a straight cut, in focus and in the light: check the "
                          "tape and capture this frame again");
       }
       lines[i] = fit->line;
-      mean_square += fit->rms_px * fit->rms_px / 4;
+      mean_square += fit->uncertainty_px * fit->uncertainty_px / 4;
     }
     for (int i = 0; i < 4; ++i) {
       const auto corner = Intersection(lines[(i + 3) % 4], lines[i]);
@@ -181,7 +180,7 @@ Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, con
       }
       window.corners[i] = *corner;
     }
-    window.edge_rms_px = std::sqrt(mean_square);
+    window.edge_uncertainty_px = std::sqrt(mean_square);
   }
   window.smallest_side_px = window.largest_side_px = 0.0;
   for (int i = 0; i < 4; ++i) {

@@ -32,7 +32,7 @@ json NumberOrNull(double value) { return std::isfinite(value) ? json(value) : js
 json RecordOfWindow(const Window& window) {
   json corners = json::array();
   for (const Point& p : window.corners) corners.push_back({p.x, p.y});
-  return {{"corners_px", corners}, {"edge_rms_px", window.edge_rms_px}};
+  return {{"corners_px", corners}, {"edge_uncertainty_px", window.edge_uncertainty_px}};
 }
 
 json RecordOfCorrelation(const NoiseCorrelation& c) {

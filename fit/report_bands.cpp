@@ -242,7 +242,7 @@ std::string ResidualSection(const ReportContext& context) {
   return Section(
       "residual", "Residual",
       "Where and in which bands the prediction fails. Residuals near the noise are as good as can be.",
-      Grid(left + right, 2));
+      "<div class=\"split\">" + left + right + "</div>\n");
 }
 
 }  // namespace dermap

@@ -76,16 +76,22 @@ std::string TruthTable(const ReportContext& context) {
 
 std::string MapsSection(const ReportContext& context) {
   std::string html = TruthTable(context);
-  std::string held;
+  std::string held, pairs;
   for (const ReportedMap& map : context.maps) {
     if (!map.free && Uniform(*map.value) && !map.truth) {
       held += "<li><b>" + EscapeHtml(map.name) + "</b> (" + EscapeHtml(map.description) + ") was held at " +
               FormatValue((*map.value)(0, 0)) + ", " + EscapeHtml(map.unit) + ".</li>\n";
       continue;
     }
-    html += "<h3>" + EscapeHtml(map.name + ": " + map.description) + "</h3>\n";
-    html += Grid(MapRow(map, context.fit().flags), map.truth ? 4 : 2);
+    const std::string heading = "<h3>" + EscapeHtml(map.name + ": " + map.description) + "</h3>\n";
+    const std::string figures = MapRow(map, context.fit().flags);
+    if (map.truth) {
+      html += heading + Grid(figures, 4);
+    } else {
+      pairs += "<div>" + heading + Grid(figures, 2) + "</div>\n";
+    }
   }
+  if (!pairs.empty()) html += Grid(pairs, 2);
   if (!held.empty()) html += "<h3>Not free</h3>\n<ul class=\"sentences\">" + held + "</ul>\n";
   std::string lead =
       "What the fit found in each pixel, and beside it one standard deviation of how far noise may have "

@@ -95,7 +95,8 @@ footer { color: var(--soft); font-size: 12.5px; padding: 4px 2px 40px; }
 @media print {
   :root { --page: #fff; --card: #fff; --ink: #000; --soft: #444; --line: #bbb; --grid: #ddd; --accent: #000;
     --s1: #0072b2; --s2: #d55e00; --s3: #009e73; --s4: #b0579a; --s5: #8a6d00; }
-  body { font-size: 11px; } nav { display: none; }
+  body { font-size: 11px; } figcaption, .unit, .note { font-size: 8.5px; } table, th { font-size: 9px; } .tiles { grid-template-columns: repeat(4, minmax(0, 1fr)); gap: 6px; } .tile { padding: 6px 9px; } .tile .v { font-size: 15px; } .tile .v.text { font-size: 11px; } .tile .k, .tile .d { font-size: 8.5px; } h3 { margin: 14px 0 5px; }
+  .bar .tick { font-size: 7px; } nav { display: none; }
   main, header.top { max-width: none; padding: 0; } section, .tile { border-radius: 0; }
   section { border-width: 1px 0 0; padding: 12px 0; margin: 0 0 6px; }
   .grid.c2 { grid-template-columns: repeat(2, minmax(0, 1fr)); } .grid.c3 { grid-template-columns: repeat(3, minmax(0, 1fr)); } .grid.c4 { grid-template-columns: repeat(4, minmax(0, 1fr)); }

@@ -12,6 +12,7 @@
 #include "acquire/simulated/random_field.h"
 #include "common/core/error.h"
 #include "common/core/parallel.h"
+#include "common/transport/band_optics.h"
 
 namespace dermap {
 namespace {
@@ -19,6 +20,7 @@ namespace {
 constexpr int kSubsamples = 4;             // a photosite's area is sampled by 4 x 4
 constexpr double kTapeTileSide_mm = 24.0;  // around the window's centre
 constexpr int kTapeTileSize_px = 480;
+constexpr double kTapeGrain_px = 1.7;  // of the tile: 0.085 mm
 constexpr double kUnevennessRadius_mm = 5.0;
 constexpr double kCardMargin_px = 6.0;  // the card is larger than the region in which it is read
 
@@ -51,17 +53,25 @@ PlaneF MakeShading(const BenchConfig& config, const PinholeView& view) {
   return shading;
 }
 
+void Blur(PlaneF& plane, double sigma_px) {
+  if (sigma_px <= 0.0) return;
+  cv::Mat view(plane.height(), plane.width(), CV_32F, plane.data());
+  cv::GaussianBlur(view, view, cv::Size(0, 0), sigma_px, sigma_px, cv::BORDER_REPLICATE);
+}
+
 PlaneF MakeTape(const BenchConfig& config, std::uint64_t seed) {
   PlaneF tape(kTapeTileSize_px, kTapeTileSize_px, static_cast<float>(config.tape_reflectance));
   if (config.tape_texture == 0.0) return tape;
-  const RandomField field(RandomStream(seed, "tape"), 0.12);
-  const double step_mm = kTapeTileSide_mm / kTapeTileSize_px;
-  for (int y = 0; y < kTapeTileSize_px; ++y) {
-    for (int x = 0; x < kTapeTileSize_px; ++x) {
-      const double wave = std::clamp(field.At(x * step_mm, y * step_mm), -3.0, 3.0);
-      tape(x, y) =
-          static_cast<float>(config.tape_reflectance * std::max(0.0, 1.0 + config.tape_texture * wave));
-    }
+  auto random = RandomStream(seed, "tape");
+  PlaneF noise(kTapeTileSize_px, kTapeTileSize_px);
+  for (float& v : noise.values()) v = static_cast<float>(Normal(random));
+  Blur(noise, kTapeGrain_px);
+  // What a Gaussian filter of this width leaves of white noise of variance 1: 1 / (4 pi sigma^2).
+  const double to_unit = 2.0 * std::sqrt(std::numbers::pi) * kTapeGrain_px;
+  for (std::size_t i = 0; i < tape.size(); ++i) {
+    const double wave = std::clamp(to_unit * noise.values()[i], -3.0, 3.0);
+    tape.values()[i] =
+        static_cast<float>(config.tape_reflectance * std::max(0.0, 1.0 + config.tape_texture * wave));
   }
   return tape;
 }
@@ -85,12 +95,6 @@ struct Bilinear {
     return (1 - v) * ((1 - u) * d[i00] + u * d[i10]) + v * ((1 - u) * d[i01] + u * d[i11]);
   }
 };
-
-void Blur(PlaneF& plane, double sigma_px) {
-  if (sigma_px <= 0.0) return;
-  cv::Mat view(plane.height(), plane.width(), CV_32F, plane.data());
-  cv::GaussianBlur(view, view, cv::Size(0, 0), sigma_px, sigma_px, cv::BORDER_REPLICATE);
-}
 
 // Share of [i - 0.5, i + 0.5] that lies in [low, high].
 double Overlap(int i, double low, double high) {
@@ -143,7 +147,8 @@ OpticalBench::BandLight OpticalBench::LightOfBand(const WheelSlot& slot) const {
   BandLight light;
   const Band band{slot.wavelength_nm, slot.fwhm_nm};
   while (patch_.bands[static_cast<std::size_t>(light.band)].wavelength_nm != band.wavelength_nm) ++light.band;
-  const auto nodes = FilterNodes(band);
+  const std::vector<FilterNode> nodes = FilterNodes(band);
+  light.electrons.resize(nodes.size());
   for (std::size_t n = 0; n < nodes.size(); ++n) {
     const double nm = nodes[n].wavelength_nm;
     // A filter of ideal peak transmission passes light in proportion to its width.

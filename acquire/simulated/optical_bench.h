@@ -49,9 +49,9 @@ class OpticalBench {
  private:
   using ChannelValues = std::array<double, 3>;  // red, green, blue photosites
   struct BandLight {
-    int band = 0;                            // index into patch_.bands
-    std::array<ChannelValues, 5> electrons;  // from a perfect white diffuser, by filter node and channel
-    ChannelValues white{}, spectralon{};     // summed over the nodes
+    int band = 0;                          // index into patch_.bands
+    std::vector<ChannelValues> electrons;  // from a perfect white diffuser, by filter node and channel
+    ChannelValues white{}, spectralon{};   // summed over the nodes
   };
   const WheelSlot& SlotOf(const Shot& shot) const;
   BandLight LightOfBand(const WheelSlot& slot) const;

@@ -7,37 +7,21 @@
 #include <span>
 
 #include "common/core/error.h"
-#include "common/transport/forward_model.h"
+#include "common/transport/band_optics.h"
 
 namespace dermap {
 namespace {
 
-// Renders one band at its five wavelengths, each of them a band without width.
-std::array<PlaneF, 5> RenderNodes(const Scene& scene, const Band& band, const ImagingConditions& conditions,
-                                  const Chromophores& chromophores, const ProfileSource& source) {
+// Renders one band at the wavelengths of its filter, each of them a band without width.
+std::vector<PlaneF> RenderNodes(const Scene& scene, const Band& band, const ImagingConditions& conditions,
+                                const Chromophores& chromophores, const ProfileSource& source) {
   std::vector<Band> lines;
   for (const FilterNode& node : FilterNodes(band)) lines.push_back({node.wavelength_nm, 0.0});
   const ForwardModel model(chromophores, source, scene.tissue, lines, conditions, ForwardOptions{});
-  std::vector<PlaneF> planes = model.Render(scene.maps);
-  std::array<PlaneF, 5> result;
-  std::move(planes.begin(), planes.end(), result.begin());
-  return result;
+  return model.Render(scene.maps);
 }
 
 }  // namespace
-
-std::array<FilterNode, 5> FilterNodes(const Band& band) {
-  // Abramowitz and Stegun, table 25.10 (n = 5), rescaled to a Gaussian of standard deviation and integral 1.
-  constexpr std::array<FilterNode, 5> kHermite{{{-2.8569700138728056, 0.011257411327720688},
-                                                {-1.3556261799742659, 0.22207592200561263},
-                                                {0.0, 0.53333333333333333},
-                                                {1.3556261799742659, 0.22207592200561263},
-                                                {2.8569700138728056, 0.011257411327720688}}};
-  const double sigma_nm = band.fwhm_nm / (2.0 * std::sqrt(2.0 * std::log(2.0)));
-  std::array<FilterNode, 5> nodes = kHermite;
-  for (FilterNode& n : nodes) n.wavelength_nm = band.wavelength_nm + sigma_nm * n.wavelength_nm;
-  return nodes;
-}
 
 std::vector<PlaneF> PatchReflectance::Mean() const {
   std::vector<PlaneF> mean;
@@ -77,8 +61,7 @@ PatchReflectance RenderPatch(const Scene& scene, const RigConfig& rig, const Pro
     throw InputError("Rig \"" + rig.name + "\" has no filter; at least one slot must not be opaque.");
   if (scene.pattern) {
     const PlaneF plane = RenderPattern(*scene.pattern, rig.window_mm);
-    for (std::size_t b = 0; b < patch.bands.size(); ++b)
-      patch.nodes.push_back({plane, plane, plane, plane, plane});
+    for (const Band& band : patch.bands) patch.nodes.emplace_back(FilterNodes(band).size(), plane);
     return patch;
   }
   const Chromophores chromophores(ConfigDirectory() / "spectra");

@@ -3,7 +3,6 @@
 // wavelengths of every filter, since the red, green and blue photosites weigh a filter's band differently.
 #pragma once
 
-#include <array>
 #include <vector>
 
 #include "acquire/simulated/scene.h"
@@ -13,18 +12,10 @@
 
 namespace dermap {
 
-// One wavelength of a filter's curve, a Gaussian of the filter's width; the weights of a filter add up to 1.
-struct FilterNode {
-  double wavelength_nm;
-  double weight;
-};
-// Gauss-Hermite quadrature of five nodes (exact to degree 9 over the Gaussian).
-std::array<FilterNode, 5> FilterNodes(const Band& band);
-
 struct PatchReflectance {
-  std::vector<Band> bands;                   // the filters, by ascending wavelength
-  std::vector<std::array<PlaneF, 5>> nodes;  // for each band, at FilterNodes
-  std::vector<PlaneF> Mean() const;          // through the filters: weighted by their curves, as the truth is
+  std::vector<Band> bands;                 // the filters, by ascending wavelength
+  std::vector<std::vector<PlaneF>> nodes;  // for each band, at the FilterNodes of common/transport
+  std::vector<PlaneF> Mean() const;        // through the filters: weighted by their curves, as the truth is
   ImagingConditions conditions;
 };
 

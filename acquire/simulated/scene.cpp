@@ -58,10 +58,10 @@ SoftLine ReadLine(TomlTable& table, const std::string& file, const std::string& 
 
 std::optional<TestPattern> ReadPattern(TomlTable& file, const std::string& name) {
   auto table = file.Table("pattern");
+  const double flat = file.Number("flat_reflectance", 0.5, 0.0, 1.5);
   if (file.Has("flat_reflectance")) {
     if (table) throw InputError(name + " has both flat_reflectance and [pattern]; leave one of them out.");
-    const double r = file.RequiredNumber("flat_reflectance", 0.0, 1.5);
-    return TestPattern{.kind = TestPattern::Kind::kFlat, .low = r, .high = r};
+    return TestPattern{.kind = TestPattern::Kind::kFlat, .low = flat, .high = flat};
   }
   if (!table) return std::nullopt;
   TestPattern p;

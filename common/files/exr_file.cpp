@@ -71,17 +71,6 @@ std::vector<std::string> ChooseChannels(const std::string& file, const Imf::Chan
   return chosen;
 }
 
-// A file this much shorter than its pixels cannot hold them, however it is compressed.
-void CheckPlausibleLength(const std::filesystem::path& path, double samples) {
-  constexpr double kBestCompression = 1e5;
-  const double bytes = static_cast<double>(std::filesystem::file_size(path));
-  if (samples * 2.0 / kBestCompression > bytes) {
-    throw InputError(path.string() +
-                     " is damaged: its header promises more pixels than the file can hold; remedy: " +
-                     "restore it from a copy");
-  }
-}
-
 ExrImage ReadPixels(Imf::InputFile& input, const std::filesystem::path& path,
                     const std::function<bool(const std::string&)>& wanted) {
   const std::string file = path.string();
@@ -92,7 +81,6 @@ ExrImage ReadPixels(Imf::InputFile& input, const std::filesystem::path& path,
   const long long width = static_cast<long long>(window.max.x) - window.min.x + 1;
   const long long height = static_cast<long long>(window.max.y) - window.min.y + 1;
   CheckImageSize(file, width, height, static_cast<long long>(chosen.size()));
-  CheckPlausibleLength(path, static_cast<double>(width) * static_cast<double>(height));
   image.width = static_cast<int>(width);
   image.height = static_cast<int>(height);
   for (auto channel = header.channels().begin(); channel != header.channels().end(); ++channel) {

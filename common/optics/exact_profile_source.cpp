@@ -40,6 +40,7 @@ EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
     transforms.t_forward.push_back(entering * r.t_normal);
     transforms.r_backward.push_back(r.r_up);
     transforms.t_backward.push_back(r.t_up);
+    transforms.r_single.push_back(entering * r.r_normal_single);
     transforms.t_ballistic = entering * r.t_ballistic;
   }
   return transforms;
@@ -56,16 +57,6 @@ DermisTransforms ExactProfileSource::Dermis(const DermisOptics& optics,
     transforms.r_normal.push_back(r.r_normal);
   }
   return transforms;
-}
-
-std::vector<double> ExactProfileSource::SingleScattering(const EpidermisOptics& optics,
-                                                         std::span<const double> k_per_mm) const {
-  const ExactFaces faces = FacesOf(optics);
-  std::vector<double> single;
-  for (const double k : k_per_mm) {
-    single.push_back(Entering(optics) * SolveEpidermis(optics, faces, k).r_normal_single);
-  }
-  return single;
 }
 
 }  // namespace dermap

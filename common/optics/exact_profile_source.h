@@ -15,10 +15,6 @@ class ExactProfileSource : public ProfileSource {
   EpidermisTransforms Epidermis(const EpidermisOptics& optics,
                                 std::span<const double> k_per_mm) const override;
   DermisTransforms Dermis(const DermisOptics& optics, std::span<const double> k_per_mm) const override;
-
-  // Part of R1+ that was scattered exactly once: what crossed polarizers take out, as far as one event with
-  // reduced scattering stands for one real one [D08 6.2].
-  std::vector<double> SingleScattering(const EpidermisOptics& optics, std::span<const double> k_per_mm) const;
 };
 
 }  // namespace dermap

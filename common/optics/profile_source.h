@@ -44,6 +44,7 @@ struct EpidermisTransforms {
   std::vector<double> r_backward;  // R1-
   std::vector<double> t_backward;  // T1-
   double t_ballistic = 0.0;  // share of the incident light that crosses unscattered (it does not spread)
+  std::vector<double> r_single;  // part of R1+ that was scattered exactly once; empty if the source does not know
 };
 
 struct DermisTransforms {

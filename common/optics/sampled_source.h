@@ -8,9 +8,9 @@
 
 namespace dermap {
 
-// Responses are smooth in log mu_a, since absorption acts on path lengths as a Laplace transform: the
-// logarithm of a total and the ratio transform / total are interpolated by polynomials of degree 5 through
-// the nearest samples.
+// Responses are smooth in log mu_a, since absorption acts on path lengths as a Laplace transform, and in log
+// k: the logarithm of a total and the ratio transform / total are interpolated by polynomials of degree 5
+// through the nearest samples (32 absorptions, every second frequency).
 class SampledSource : public ProfileSource {
  public:
   // Samples both layers, and the epidermis under black tape, at every k; in parallel. mu_a of the prototypes
@@ -32,15 +32,18 @@ class SampledSource : public ProfileSource {
     std::vector<std::vector<double>> shape;
     void Append(std::span<const double> transform);
   };
-  struct Stencil;
+  struct Stencil;  // neighbours of a point, and their shares in it
   std::string_view name_;
   EpidermisOptics epidermis_;
   DermisOptics dermis_;
-  std::size_t frequency_count_;
+  std::vector<double> k_per_mm_;
   double log_min_, log_step_;
-  Sampled r_forward_, t_forward_, r_backward_, t_backward_, black_, r_diffuse_, r_normal_;
+  Sampled r_forward_, t_forward_, r_backward_, t_backward_, black_, r_single_, r_diffuse_, r_normal_;
   std::vector<double> log_ballistic_;
 
+  void Sample(const ProfileSource& source, std::span<const double> sampled_k);
+  void Refine(Sampled& sampled, std::span<const double> sampled_k) const;
+  static Stencil StencilAmong(const std::vector<double>& nodes, double x);
   Stencil StencilAt(double mu_a) const;
   std::vector<double> Interpolated(const Sampled& sampled, const Stencil& stencil) const;
 };

@@ -11,13 +11,13 @@
 namespace dermap {
 namespace {
 
-struct Run {
+struct Trial {
   DescentOutcome outcome;
   RunLog log;
 };
 
-Run DescendFrom(PatchProblem& problem, ParameterMaps start, const FitOptions& options) {
-  Run run;
+Trial DescendFrom(PatchProblem& problem, ParameterMaps start, const FitOptions& options) {
+  Trial run;
   run.outcome = Descend(problem, std::move(start), options, run.log);
   return run;
 }
@@ -54,7 +54,7 @@ TEST_F(DescentTest, ReachesTheNoiseFromBothStarts) {
   for (bool local : {false, true}) {
     ParameterMaps start =
         local ? InvertLocally(problem_, AverageSkin()) : ParameterMaps(16, 16, AverageSkin());
-    const Run run = DescendFrom(problem_, std::move(start), options_);
+    const Trial run = DescendFrom(problem_, std::move(start), options_);
     EXPECT_TRUE(run.outcome.converged);
     EXPECT_LT(run.outcome.state.misfit.Chi2PerDatum(), 1.1);
     EXPECT_LT(testing::MedianRelativeError(run.outcome.state.maps[Parameter::kC_m], truth_[Parameter::kC_m]),
@@ -69,7 +69,7 @@ TEST_F(DescentTest, MisfitNeverRises) {
   options_.max_iterations = 12;
   for (DescentMetric metric : {DescentMetric::kPlain, DescentMetric::kCurvature}) {
     options_.metric = metric;
-    const Run run = DescendFrom(problem_, ParameterMaps(16, 16, AverageSkin()), options_);
+    const Trial run = DescendFrom(problem_, ParameterMaps(16, 16, AverageSkin()), options_);
     ASSERT_GE(run.log.history.size(), 4u);
     for (std::size_t i = 1; i < run.log.history.size(); ++i)
       EXPECT_LE(run.log.history[i].chi2, run.log.history[i - 1].chi2);
@@ -81,7 +81,7 @@ TEST_F(DescentTest, MisfitNeverRises) {
 // free parameter and one or two more [D08 6.3].
 TEST_F(DescentTest, StopsUnconvergedWithoutAnException) {
   options_.max_iterations = 2;
-  const Run run = DescendFrom(problem_, ParameterMaps(16, 16, AverageSkin()), options_);
+  const Trial run = DescendFrom(problem_, ParameterMaps(16, 16, AverageSkin()), options_);
   EXPECT_FALSE(run.outcome.converged);
   EXPECT_EQ(run.log.history.size(), 3u);
   EXPECT_GE(problem_.renders(), 1 + 2 * 6);
@@ -115,7 +115,7 @@ TEST(Descent, EndsOnABoundWhereTheDataLieBeyond) {
   dark[0] = 0.7;
   const FitData data = testing::Prepared(testing::NoisyStack(model, ParameterMaps(4, 4, dark), 0.001, 2), 1);
   PatchProblem problem(data, model, ParameterSpace({Parameter::kC_m}));
-  const Run run = DescendFrom(problem, ParameterMaps(4, 4, AverageSkin()), FitOptions{});
+  const Trial run = DescendFrom(problem, ParameterMaps(4, 4, AverageSkin()), FitOptions{});
   for (float value : run.outcome.state.maps[Parameter::kC_m].values()) EXPECT_FLOAT_EQ(value, 0.5f);
 }
 

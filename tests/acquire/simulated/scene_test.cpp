@@ -11,6 +11,7 @@
 #include "acquire/simulated/patch_reflectance.h"
 #include "acquire/simulated/random_field.h"
 #include "common/core/error.h"
+#include "common/transport/band_optics.h"
 #include "tests/acquire/support.h"
 
 namespace dermap {

@@ -62,7 +62,7 @@ TEST_F(ExrFileTest, SurvivesRandomDamage) {
   const std::string whole = Slurp(folder_ / "whole.exr");
   std::mt19937 random(20250102);
   int refused = 0;
-  constexpr int kTrials = 3000;
+  constexpr int kTrials = 1500;
   for (int trial = 0; trial < kTrials; ++trial) {
     std::string damaged = whole;
     const std::size_t reach = trial % 2 ? damaged.size() : 700;  // every second one hits the header
@@ -110,7 +110,7 @@ TEST_F(ExrFileTest, RefusesHostileSizes) {
   for (int i = 0; i < 5000; ++i) {
     many.Channel("T." + std::to_string(350 + i * 0.1) + "nm", ExrType::kFloat, [](int, int) { return 0.5; });
   }
-  EXPECT_THAT(SentenceFor(many.Build()), HasSubstr("at most 4096 channels"));
+  EXPECT_THAT(SentenceFor(many.Build()), HasSubstr("at most 4096"));
 }
 
 // An attribute that claims two gigabytes in a file of a few hundred bytes.

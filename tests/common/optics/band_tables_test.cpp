@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
-#include <functional>
 
 #include "common/core/error.h"
 #include "common/optics/gaussian_sum.h"
@@ -22,56 +22,44 @@ const BandTables& TablesAt(int wavelength_nm) {
   return wavelength_nm == 450 ? kBlue : kRed;
 }
 
+// What the source says, response by response.
 struct Direct {
-  EpidermisTransforms epidermis, taped;
+  EpidermisTransforms epidermis;
   DermisTransforms dermis;
+  std::vector<double> r1_forward, t1_forward, r1_backward, t1_backward, r1_black, r2_diffuse, r2_normal;
 };
 
 Direct AskSource(double wavelength_nm, double mu_a, std::span<const double> k) {
   const auto source = MakeProfileSource("multipole");
-  EpidermisOptics epidermis{.layer = {mu_a, ReducedScatteringEpidermis(wavelength_nm, {}), 1.4}};
-  Direct direct{.epidermis = source->Epidermis(epidermis, k), .taped = {}, .dermis = {}};
-  epidermis.black_above = true;
-  direct.taped = source->Epidermis(epidermis, k);
+  EpidermisOptics optics{.layer = {mu_a, ReducedScatteringEpidermis(wavelength_nm, {}), 1.4}};
+  Direct direct;
+  direct.epidermis = source->Epidermis(optics, k);
   direct.dermis = source->Dermis({.layer = {mu_a, ReducedScatteringDermis(wavelength_nm, {}), 1.38}}, k);
+  direct.r1_forward = direct.epidermis.r_forward;
+  direct.t1_forward = direct.epidermis.t_forward;
+  direct.r1_backward = direct.epidermis.r_backward;
+  direct.t1_backward = direct.epidermis.t_backward;
+  optics.black_above = true;
+  direct.r1_black = source->Epidermis(optics, k).r_backward;
+  direct.r2_diffuse = direct.dermis.r_diffuse;
+  direct.r2_normal = direct.dermis.r_normal;
   return direct;
 }
 
 struct Column {
   const char* name;
   const ProfileTable BandTables::*table;
-  std::function<const std::vector<double>&(const Direct&)> transform;
+  const std::vector<double> Direct::*transform;
 };
 
-const std::vector<Column>& Columns() {
-  static const std::vector<Column> columns{
-      {"R1+", &BandTables::r1_forward, [](const Direct& d) -> auto& {return d.epidermis.r_forward;
-}
-}  // namespace
-, {"T1+", &BandTables::t1_forward, [](const Direct& d) -> auto& {return d.epidermis.t_forward;
-}  // namespace dermap
-}
-, {"R1-", &BandTables::r1_backward, [](const Direct& d) -> auto& {return d.epidermis.r_backward;
-}
-}
-, {"T1-", &BandTables::t1_backward, [](const Direct& d) -> auto& {return d.epidermis.t_backward;
-}
-}
-, {"R1- black", &BandTables::r1_backward_black, [](const Direct& d) -> auto& {return d.taped.r_backward;
-}
-}
-, {"R2", &BandTables::r2_diffuse, [](const Direct& d) -> auto& {return d.dermis.r_diffuse;
-}
-}
-, {
-  "R2 normal", &BandTables::r2_normal, [](const Direct& d) -> auto& {
-    return d.dermis.r_normal;
-  }
-}
-}
-;
-return columns;
-}
+constexpr Column kT1Backward{"T1-", &BandTables::t1_backward, &Direct::t1_backward};
+constexpr Column kColumns[] = {{"R1+", &BandTables::r1_forward, &Direct::r1_forward},
+                               {"T1+", &BandTables::t1_forward, &Direct::t1_forward},
+                               {"R1-", &BandTables::r1_backward, &Direct::r1_backward},
+                               kT1Backward,
+                               {"R1- black", &BandTables::r1_backward_black, &Direct::r1_black},
+                               {"R2", &BandTables::r2_diffuse, &Direct::r2_diffuse},
+                               {"R2 normal", &BandTables::r2_normal, &Direct::r2_normal}};
 
 // The source itself, at mu_a between the table's entries: totals within 1e-3 of themselves from 0.03 to 40
 // per mm.
@@ -80,37 +68,38 @@ TEST(BandTables, TotalsAreTheSources) {
   for (const int wavelength : {450, 650}) {
     for (double mu_a = 0.0301; mu_a < 40.0; mu_a *= 1.217) {
       const auto direct = AskSource(wavelength, mu_a, k);
-      for (const auto& column : Columns()) {
-        const double expected = column.transform(direct)[0];
+      for (const auto& column : kColumns) {
+        const double expected = (direct.*column.transform)[0];
         EXPECT_NEAR((TablesAt(wavelength).*column.table).Total(static_cast<float>(mu_a)), expected,
-                    1e-3 * expected)
+                    1e-3 * expected + 5e-5)
             << column.name << " at " << wavelength << " nm, mu_a " << mu_a;
       }
     }
   }
 }
 
-// Largest difference of an entry's transform from the source's, k = 0 and 0.01 to 60 per mm, as a share of
-// `scale`.
-double WorstShapeError(const Column& column, int wavelength_nm, int entry, bool relative) {
+// Largest difference of an entry's transform from the source's at k = 0 and 0.01 to 60 per mm, as a share of
+// the total, or of the incident light.
+double WorstShapeError(const Column& column, int wavelength_nm, int entry, bool of_total) {
   std::vector<double> k{0.0};
   for (int i = 0; i < 100; ++i) k.push_back(0.01 * std::pow(6000.0, i / 99.0));
-  const auto transform = column.transform(AskSource(wavelength_nm, TableMuA(entry), k));
+  const Direct direct = AskSource(wavelength_nm, TableMuA(entry), k);
+  const auto& transform = direct.*column.transform;
   const auto& weights = (TablesAt(wavelength_nm).*column.table).entries()[entry];
   double worst = 0.0;
   for (std::size_t i = 0; i < k.size(); ++i) {
     worst = std::max(worst, std::abs(GaussianSumTransform(weights, k[i]) - transform[i]));
   }
-  return relative ? worst / transform[0] : worst;
+  return of_total ? worst / transform[0] : worst;
 }
 
-// The source itself at 450 nm, from 0.03 to 40 per mm: transforms within 1e-3 of the total for what reflects,
-// and within 1e-3 of the incident light for what crosses (where less than 1e-4 of it crosses, a Gaussian of
-// any width misses more).
+// The source itself at 450 nm, from 0.03 to 40 per mm: transforms within 1e-4 of the total for what reflects,
+// and within 1e-5 of the incident light for what crosses (where less than 1e-4 of it crosses, the profile is
+// close to one Gaussian of a variance between two of ours, and 18 of them miss 0.5 % of that little).
 TEST(BandTables, ShapesAreTheSources) {
   for (int entry = 0; entry < kTableSize; entry += 5) {
     if (TableMuA(entry) < 0.03 || TableMuA(entry) > 40.0) continue;
-    for (const auto& column : Columns()) {
+    for (const auto& column : kColumns) {
       const bool crosses = column.name[0] == 'T';
       EXPECT_LT(WorstShapeError(column, 450, entry, !crosses), crosses ? 1e-5 : 1e-4)
           << column.name << ", mu_a " << TableMuA(entry);
@@ -131,13 +120,12 @@ TEST(BandTables, MissTheShapeOnlyWhereTheMultipoleIsNegative) {
       smallest = std::min(smallest, DipoleSumTransmittance(from_below, r));
     return smallest;
   };
-  const Column& t1_backward = Columns()[3];
   constexpr int kClear = 44;  // 0.031 per mm
   EXPECT_LT(smallest_dipole_sum(650, kClear), -1e-4);
-  EXPECT_GT(WorstShapeError(t1_backward, 650, kClear, true), 1e-3);
-  EXPECT_LT(WorstShapeError(t1_backward, 650, kClear, true), 2e-2);
+  EXPECT_GT(WorstShapeError(kT1Backward, 650, kClear, true), 1e-3);
+  EXPECT_LT(WorstShapeError(kT1Backward, 650, kClear, true), 2e-2);
   EXPECT_GT(smallest_dipole_sum(450, kClear), 0.0);
-  EXPECT_LT(WorstShapeError(t1_backward, 450, kClear, true), 1e-4);
+  EXPECT_LT(WorstShapeError(kT1Backward, 450, kClear, true), 1e-4);
 }
 
 // [D08 eq. 3 and 7] at k = 0, straight from the source: no table, no Gaussians.

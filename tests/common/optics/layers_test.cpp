@@ -108,11 +108,22 @@ TEST(CombineLayers, IsReciprocal) {
   }
 }
 
+EpidermisTransforms MadeUpEpidermis(double r_forward, double t_forward, double r_backward, double t_backward,
+                                    double t_ballistic) {
+  EpidermisTransforms epidermis;
+  epidermis.r_forward = {r_forward};
+  epidermis.t_forward = {t_forward};
+  epidermis.r_backward = {r_backward};
+  epidermis.t_backward = {t_backward};
+  epidermis.t_ballistic = t_ballistic;
+  return epidermis;
+}
+
 // [D08 eq. 7] term by term, mended: T1+ A (R2 A R1- A)^n R2 A T1-; forty terms of the series and its closed
 // form.
 TEST(TwoLayerReflectance, IsTheSeriesOfEquation7) {
   const double r1 = 0.1, t1 = 0.5, r1_back = 0.6, t1_back = 0.35, r2 = 0.7, p = 0.2, a = std::exp(-p);
-  const EpidermisTransforms epidermis{{r1}, {t1}, {r1_back}, {t1_back}, 0.0};
+  const auto epidermis = MadeUpEpidermis(r1, t1, r1_back, t1_back, 0.0);
   const DermisTransforms dermis{{r2}, {0.123}};  // without ballistic light its response must not matter
   double sum = r1, upward = t1 * a * r2 * a;
   for (int n = 0; n < 40; ++n) {
@@ -125,7 +136,7 @@ TEST(TwoLayerReflectance, IsTheSeriesOfEquation7) {
 // Ballistic light meets the dermis's response to normal light once and is diffuse from then on: by hand,
 // 0.1 + (0.2*0.8 + 0.3*0.5) * 0.4 / (1 - 0.6*0.5) = 0.1 + 0.124/0.7.
 TEST(TwoLayerReflectance, KeepsTheBallisticPartApart) {
-  const EpidermisTransforms epidermis{{0.1}, {0.3}, {0.6}, {0.4}, 0.2};
+  const auto epidermis = MadeUpEpidermis(0.1, 0.3, 0.6, 0.4, 0.2);
   const DermisTransforms dermis{{0.5}, {0.8}};
   EXPECT_NEAR(TwoLayerReflectance(epidermis, dermis, 0.0)[0], 0.1 + 0.124 / 0.7, 1e-15);
   EXPECT_EQ(AsLayer(epidermis).t_forward[0], 0.5);

@@ -77,7 +77,7 @@ TEST(ResponseWeights, OfTwoTablesChangeAtThePatch) {
         const Region& p = domain.patch;
         const bool inside = x >= p.x && x < p.x + p.width && y >= p.y && y < p.y + p.height;
         const ResponseWeights& own = inside ? free : black;
-        ASSERT_EQ(both.plane(i)(x, y), own.active(i) ? own.plane(i)(x, y) : 0.0f)
+        ASSERT_NEAR(both.plane(i)(x, y), own.active(i) ? own.plane(i)(x, y) : 0.0f, kNegligibleWeight)
             << i << ": " << x << ", " << y;
         if (free.active(i) && black.active(i)) apart += std::abs(free.plane(i)(x, y) - black.plane(i)(x, y));
       }
