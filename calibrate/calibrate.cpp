@@ -161,6 +161,22 @@ double MedianOfValid(const PlaneF& plane, const PlaneF& valid) {
   return Median(std::move(values));
 }
 
+NoiseCorrelation MeanCorrelation(const std::vector<BandCalibration>& bands) {
+  NoiseCorrelation mean{std::vector<double>(NoiseCorrelation::kReach + 1), {}, 0.0};
+  mean.along_y = mean.along_x;
+  const auto kept = std::count_if(bands.begin(), bands.end(), [](const auto& band) { return !band.dropped; });
+  for (const BandCalibration& band : bands) {
+    if (band.dropped) continue;
+    const double share = 1.0 / static_cast<double>(kept);
+    for (std::size_t i = 0; i < mean.along_x.size(); ++i) {
+      mean.along_x[i] += share * band.correlation.along_x[i];
+      mean.along_y[i] += share * band.correlation.along_y[i];
+    }
+    mean.diagonal += share * band.correlation.diagonal;
+  }
+  return mean;
+}
+
 void Assemble(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, const Session& session,
               const CalibrationOptions& options, CalibrationResult& result) {
   ReflectanceStack& stack = result.stack;
@@ -192,6 +208,12 @@ void Assemble(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, c
     }
     result.bands.push_back(std::move(band.record));
   }
+  result.correlation = MeanCorrelation(result.bands);
+  const auto lags = [](const std::vector<double>& from_zero) {
+    return std::vector<float>(from_zero.begin() + 1, from_zero.end());
+  };
+  stack.noise_correlation_x = lags(result.correlation.along_x);
+  stack.noise_correlation_y = lags(result.correlation.along_y);
 }
 
 void NoteMissingBands(const Session& session, const std::vector<Band>& bands, std::vector<std::string>& notes) {

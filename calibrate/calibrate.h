@@ -52,6 +52,7 @@ struct CalibrationResult {
   ReflectanceStack stack;              // without the dropped bands
   std::vector<BandCalibration> bands;  // ascending wavelength, the dropped ones too
   std::map<int, NoiseModel> noise;     // by ISO
+  NoiseCorrelation correlation;  // mean of the bands in the stack
   double hot_share = 0.0;
   double edge_mask_px = 0.0;
   std::vector<std::string> notes;

@@ -15,6 +15,8 @@ namespace {
 constexpr int kFewestSamples = 50;
 constexpr double kRoundingVariance = 1.0 / 12.0;  // of one step: no camera reads better
 constexpr int kReweightings = 5;
+// Relative scatter of cameras' gains about the ratio of their ISO values.
+constexpr double kGainScatter = 0.03;
 
 // Differences between neighbours of one kind: whatever varies slowly over the card drops out.
 // value(x, y) is called where both photosites are usable.
@@ -35,7 +37,7 @@ PhotonTransferPoint PointOfLattice(int lattice, const PixelRegion& card, const V
 }
 
 struct Line {
-  double slope, offset;
+  double slope, offset, slope_variance;
 };
 
 // Least squares of variance = slope signal + offset reads; a variance of n samples has the variance 2 variance^2 / n.
@@ -51,15 +53,34 @@ Line WeightedLine(const std::vector<PhotonTransferPoint>& points, const Line* ex
     rv += weight * p.reads * p.variance;
   }
   const double determinant = ss * rr - sr * sr;
-  Line line{0.0, 0.0};
+  Line line{0.0, 0.0, 0.0};
   if (determinant > 1e-9 * ss * rr) {
-    line = {(sv * rr - rv * sr) / determinant, (rv * ss - sv * sr) / determinant};
+    line = {(sv * rr - rv * sr) / determinant, (rv * ss - sv * sr) / determinant, rr / determinant};
   }
   // All points at one level, or an offset below what rounding alone makes: the slope alone then.
   if (determinant <= 1e-9 * ss * rr || line.offset < kRoundingVariance) {
-    line = {(sv - kRoundingVariance * sr) / ss, kRoundingVariance};
+    line = {(sv - kRoundingVariance * sr) / ss, kRoundingVariance, 1.0 / ss};
   }
   return line;
+}
+
+// Gain goes as ISO, nearly: what all ISO values say together about the gain at ISO 1 helps each of them.
+void ShareGain(const std::map<int, double>& gain_variances, std::map<int, NoiseModel>& models) {
+  double sum = 0.0;
+  double total = 0.0;
+  for (const auto& [iso, model] : models) {
+    const double relative = gain_variances.at(iso) / (model.gain * model.gain) + kGainScatter * kGainScatter;
+    const double unit_gain = model.gain / iso;
+    const double weight = 1.0 / (relative * unit_gain * unit_gain);
+    sum += weight * unit_gain;
+    total += weight;
+  }
+  for (auto& [iso, model] : models) {
+    const double common = iso * sum / total;
+    const double own_weight = 1.0 / gain_variances.at(iso);
+    const double common_weight = 1.0 / std::pow(kGainScatter * common, 2);
+    model.gain = (own_weight * model.gain + common_weight * common) / (own_weight + common_weight);
+  }
 }
 
 }  // namespace
@@ -117,6 +138,7 @@ std::map<int, NoiseModel> FitNoise(const std::vector<PhotonTransferPoint>& point
     if (point.samples >= kFewestSamples && point.variance > 0.0) by_iso[point.iso].push_back(point);
   }
   std::map<int, NoiseModel> models;
+  std::map<int, double> gain_variances;
   for (const auto& [iso, own] : by_iso) {
     const bool lit = std::any_of(own.begin(), own.end(), [](const auto& p) { return p.signal > 0.0; });
     if (!lit) continue;  // black frames alone
@@ -128,7 +150,9 @@ std::map<int, NoiseModel> FitNoise(const std::vector<PhotonTransferPoint>& point
                        "that stands still: check the rig's gray_card_region and that the camera reduces no noise");
     }
     models[iso] = {line.slope, line.offset, static_cast<int>(own.size())};
+    gain_variances[iso] = line.slope_variance;
   }
+  ShareGain(gain_variances, models);
   return models;
 }
 

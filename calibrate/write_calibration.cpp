@@ -66,23 +66,7 @@ json RecordOfBand(const BandCalibration& band) {
           {"notes", band.notes}};
 }
 
-// Mean over the bands that are in the stack.
-json MeanCorrelation(const std::vector<BandCalibration>& bands) {
-  NoiseCorrelation mean{std::vector<double>(NoiseCorrelation::kReach + 1), {}, 0.0};
-  mean.along_y = mean.along_x;
-  double count = 0.0;
-  for (const BandCalibration& band : bands) {
-    if (band.dropped) continue;
-    for (std::size_t i = 0; i < mean.along_x.size(); ++i) {
-      mean.along_x[i] += band.correlation.along_x[i];
-      mean.along_y[i] += band.correlation.along_y[i];
-    }
-    mean.diagonal += band.correlation.diagonal;
-    count += 1.0;
-  }
-  for (double& c : mean.along_x) c /= std::max(1.0, count);
-  for (double& c : mean.along_y) c /= std::max(1.0, count);
-  mean.diagonal /= std::max(1.0, count);
+json RecordOfMeanCorrelation(const NoiseCorrelation& mean) {
   json record = RecordOfCorrelation(mean);
   record["lags"] = "pixels of the patch, from 0";
   record["note"] =
@@ -130,7 +114,7 @@ json CalibrationRecord(const CalibrationResult& result) {
               {"hot_photosites_share", result.hot_share},
               {"bands", json::array()},
               {"noise", json::array()},
-              {"correlation", MeanCorrelation(result.bands)},
+              {"correlation", RecordOfMeanCorrelation(result.correlation)},
               {"effective_wavelength_note",
                "red, green and blue photosites weigh a filter's band differently, so their effective wavelengths differ "
                "by about 0.5 nm; they are combined by inverse variance, and the band is given at the filter's centre"},

@@ -154,14 +154,14 @@ DescentOutcome Descend(PatchProblem& problem, ParameterMaps start, const FitOpti
   FitState& state = outcome.state;
   StepControl control(options.metric, problem.data().width(), problem.data().height());
   const std::size_t first = log.history.size();
-  log.Add(state.misfit, problem.renders());
+  log.Add(state.misfit, problem.space().count(), problem.renders());
   Say(log, "Forward differences step by %g of a parameter's scale (range / sqrt 12).",
       options.difference_step);
   DerivativePlanes derivatives;
   bool moved = true;
   for (int iteration = 0; iteration < options.max_iterations; ++iteration) {
-    if (state.misfit.Chi2PerDatum() <= options.stop_chi2) {
-      Say(log, "Stopped at the noise: chi2 per datum is at or below %g.", options.stop_chi2);
+    if (state.misfit.Chi2PerDegree(problem.space().count()) <= options.stop_chi2) {
+      Say(log, "Stopped at the noise: chi2 per degree of freedom is at or below %g.", options.stop_chi2);
       outcome.converged = true;
       return outcome;
     }
@@ -172,7 +172,7 @@ DescentOutcome Descend(PatchProblem& problem, ParameterMaps start, const FitOpti
     }
     if (moved) derivatives = problem.ForwardDifferences(state, options.difference_step);
     moved = Advance(problem, state, derivatives, control, options.metric);
-    log.Add(state.misfit, problem.renders());
+    log.Add(state.misfit, problem.space().count(), problem.renders());
     log.Progress((iteration + 1.0) / options.max_iterations);
   }
   Say(log, "Stopped after the %g iterations allowed, still falling.", options.max_iterations);

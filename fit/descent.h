@@ -14,7 +14,7 @@ struct DescentOutcome {
   bool converged = false;  // reached the noise, or came to rest
 };
 
-// From `start` until chi2 per datum is options.stop_chi2, the misfit comes to rest, or
+// From `start` until chi2 per degree of freedom is options.stop_chi2, the misfit comes to rest, or
 // options.max_iterations. The misfit never rises from one iteration of the log to the next. Each pixel has a
 // step length of its own, which shrinks when its chi2 rose (and the pixel goes back) and grows when it fell.
 // [D08] does not say how its steps are chosen.

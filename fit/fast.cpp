@@ -56,7 +56,7 @@ bool Refine(PatchProblem& problem, FitState& state, const ParameterMaps* coarser
             std::optional<int> forced, RunLog& log, int& step) {
   double damping = kFirstDamping;
   for (step = 0; step < forced.value_or(kMaxStepsPerSize); ++step) {
-    if (!forced && state.misfit.Chi2PerDatum() <= options.stop_chi2) return true;
+    if (!forced && state.misfit.Chi2PerDegree(problem.space().count()) <= options.stop_chi2) return true;
     FitState next = problem.StateOf(StepAll(problem, state, coarser, damping));
     const double fall = 1.0 - next.misfit.chi2 / state.misfit.chi2;
     if (fall > 0.0 || forced) {
@@ -65,7 +65,7 @@ bool Refine(PatchProblem& problem, FitState& state, const ParameterMaps* coarser
     } else {
       damping = std::max(damping, 1e-2) * 10.0;
     }
-    log.Add(state.misfit, problem.renders());
+    log.Add(state.misfit, problem.space().count(), problem.renders());
     if (!forced && std::abs(fall) < kRestFall) {
       ++step;
       return true;
@@ -111,7 +111,7 @@ FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model, cons
     if (coarser) coarser = ResizeLinear(*coarser, problem.data().width(), problem.data().height());
     ParameterMaps start = coarser ? *coarser : InvertLocally(problem, options.fixed_values);
     outcome.state = problem.StateOf(std::move(start));
-    log.Add(outcome.state.misfit, problem.renders());
+    log.Add(outcome.state.misfit, space.count(), problem.renders());
     const std::optional<int> forced = steps ? std::optional<int>((*steps)[level]) : std::nullopt;
     outcome.steps.push_back(0);
     outcome.converged = Refine(problem, outcome.state, coarser ? &*coarser : nullptr, options, forced, log,

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <optional>
 #include <utility>
 
 #include "common/core/parallel.h"
@@ -21,11 +22,13 @@
 namespace dermap {
 namespace {
 
+constexpr int kLocalStartSize = 16;  // pixels along the longer side
+
 // What a method leaves behind.
 struct Outcome {
   FitState state;
   bool converged = false;
-  double adapted_parameters = 0.0;
+  std::optional<double> adapted_parameters;  // where it was measured
 };
 
 template <class... Args>
@@ -69,25 +72,29 @@ Outcome RunDescent(PatchProblem& problem, const FitOptions& options, RunLog& log
              (local ? "the closed-form inversion of each pixel." : "average skin in every pixel.") +
              " Steps: " + std::string(NameOf(options.metric)) + ".");
   ParameterMaps start =
-      local ? InvertLocally(problem, options.fixed_values)
+      local ? InvertAverages(problem, options.fixed_values, kLocalStartSize)
             : ParameterMaps(problem.data().width(), problem.data().height(), options.fixed_values);
   DescentOutcome descent = Descend(problem, std::move(start), options, log);
   log.renders_before += problem.renders();
-  return {std::move(descent.state), descent.converged, 0.0};
+  log.Decide(Format(
+      "Degrees of freedom: data less %.1f parameters a fitted pixel, the share of %d that simulated fits "
+      "adapted to.",
+      kAdaptedShare * problem.space().count(), problem.space().count()));
+  return {std::move(descent.state), descent.converged, std::nullopt};
 }
 
 Outcome RunFast(const PatchProblem& problem, const ModelMaker& make_model, const FitOptions& options,
                 RunLog& log) {
   FastOutcome fast =
       FitCoarseToFine(problem.data(), problem.model(), problem.space(), make_model, options, log);
-  Outcome outcome{{}, fast.converged, 0.0};
+  Outcome outcome{{}, fast.converged, std::nullopt};
   if (options.noise_probe) {
     outcome.adapted_parameters =
         AdaptedParameters(problem.data(), problem.model(), problem.space(), make_model, options, fast, log);
     log.Decide(Format(
         "Degrees of freedom: a second fit to data with noise added followed that noise like a model of "
         "%.2f parameters a pixel.",
-        outcome.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
+        *outcome.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
   }
   outcome.state = std::move(fast.state);
   return outcome;
@@ -98,12 +105,14 @@ void FillMisfit(const Outcome& outcome, FitResult& result) {
   result.rms_residual = misfit.rms;
   result.rms_residual_per_band = misfit.rms_per_band;
   result.data_count = misfit.data_count;
-  result.chi2_per_datum = misfit.Chi2PerDatum();
+  result.chi2_per_datum = misfit.chi2 / static_cast<double>(std::max<std::size_t>(misfit.data_count, 1));
   const double data_count = static_cast<double>(misfit.data_count);
-  result.degrees_of_freedom = std::max(data_count - outcome.adapted_parameters, 1.0);
+  const double expected = misfit.DegreesOfFreedom(static_cast<int>(result.free_parameters.size()));
+  result.degrees_of_freedom =
+      outcome.adapted_parameters ? std::max(data_count - *outcome.adapted_parameters, 1.0) : expected;
   result.chi2 = misfit.chi2 / result.degrees_of_freedom;
   const double per_dof = data_count / result.degrees_of_freedom;
-  for (FitIteration& step : result.history) step.chi2 *= per_dof;
+  for (FitIteration& step : result.history) step.chi2 *= expected / result.degrees_of_freedom;
   result.chi2_map = PlaneF(misfit.chi2_map.width(), misfit.chi2_map.height());
   for (std::size_t i = 0; i < result.chi2_map.size(); ++i)
     result.chi2_map.data()[i] =

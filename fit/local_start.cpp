@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "common/core/parallel.h"
+#include "fit/resample.h"
 
 namespace dermap {
 namespace {
@@ -74,6 +75,12 @@ ParameterMaps InvertLocally(const PatchProblem& problem, const ParameterVector& 
   });
   MaskedFill(data.fitted).Apply(maps);
   return maps;
+}
+
+ParameterMaps InvertAverages(const PatchProblem& problem, const ParameterVector& fixed, int size) {
+  const FitData reduced = ReduceData(problem.data(), size, problem.space().count());
+  const PatchProblem small(reduced, problem.model(), problem.space());
+  return ResizeLinear(InvertLocally(small, fixed), problem.data().width(), problem.data().height());
 }
 
 }  // namespace dermap

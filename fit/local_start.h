@@ -11,6 +11,11 @@ namespace dermap {
 // render. What is not free takes its value from `fixed`; masked pixels are their neighbours' mean.
 ParameterMaps InvertLocally(const PatchProblem& problem, const ParameterVector& fixed);
 
+// The same on area averages of about `size` pixels along the longer side, interpolated: without the noise of
+// single pixels, which would send what they hardly determine to its bounds, from where descent returns
+// slowly.
+ParameterMaps InvertAverages(const PatchProblem& problem, const ParameterVector& fixed, int size);
+
 // The same for one pixel, from `start`; returns the iterations it took.
 int InvertPixel(const PatchProblem& problem, std::size_t pixel, ParameterVector& p);
 

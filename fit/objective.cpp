@@ -30,8 +30,14 @@ Misfit Evaluate(const FitData& data, const std::vector<PlaneF>& predicted) {
     misfit.data_count += band_count;
   }
   for (double value : misfit.chi2_map.values()) misfit.chi2 += value;
+  for (std::uint8_t fitted : data.fitted.values()) misfit.pixel_count += fitted != 0;
   if (misfit.data_count > 0) misfit.rms = std::sqrt(square_sum / static_cast<double>(misfit.data_count));
   return misfit;
+}
+
+double Misfit::DegreesOfFreedom(int free_count) const {
+  const double adapted = kAdaptedShare * free_count * static_cast<double>(pixel_count);
+  return std::max(static_cast<double>(data_count) - adapted, 1.0);
 }
 
 std::vector<PlaneF> Residual(const FitData& data, const std::vector<PlaneF>& predicted) {

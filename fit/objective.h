@@ -10,14 +10,22 @@
 
 namespace dermap {
 
+// Share of the free parameters that follow the noise: the blur of the skin hides the rest. The noise probe
+// (fit/fast.h) found 0.6 to 0.75 in simulated light and medium skin at 64^2 and 8 bands.
+inline constexpr double kAdaptedShare = 0.6;
+
 struct Misfit {
   double chi2 = 0.0;           // sum of ((measured - predicted) / sigma)^2 over the data of the fitted pixels
   std::size_t data_count = 0;  // as many
-  double rms = 0.0;            // of measured - predicted, reflectance
+  std::size_t pixel_count = 0;  // fitted pixels
+  double rms = 0.0;             // of measured - predicted, reflectance
   std::vector<double> rms_per_band;
   Plane<double> chi2_map;  // the sum over the bands of each pixel; 0 where masked
 
+  // Data less the parameters that a fit of `free_count` a pixel is expected to adapt to.
+  double DegreesOfFreedom(int free_count) const;
   double Chi2PerDatum() const { return data_count > 0 ? chi2 / static_cast<double>(data_count) : 0.0; }
+  double Chi2PerDegree(int free_count) const { return chi2 / DegreesOfFreedom(free_count); }
 };
 
 Misfit Evaluate(const FitData& data, const std::vector<PlaneF>& predicted);

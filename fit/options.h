@@ -38,8 +38,8 @@ struct FitOptions {
   int size = 0;  // pixels along the longer side; 0: the largest that the time budget allows
   double time_budget_s = 60.0;
   int max_iterations = 400;  // [D08 6.3]
-  double stop_chi2 = 1.02;   // squared residual over noise, mean over all data; 0: never stop on it
-  // Forward differences step by this share of a parameter's scale (ParameterSpace): small against the
+  double stop_chi2 =
+      1.02;  // squared residual over noise, per degree of freedom (Misfit); 0: never stop on it
   // curvature, large against the rounding of a float render.
   double difference_step = 1e-3;
   bool noise_probe = true;  // fast only: fit once more with noise added, to count degrees of freedom

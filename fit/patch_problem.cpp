@@ -24,16 +24,6 @@ FitState PatchProblem::StateOf(ParameterMaps maps) {
   return state;
 }
 
-bool PatchProblem::Affects(Parameter parameter, int band) const {
-  const int j = static_cast<int>(parameter);
-  for (const BandOptics::Node& node : model_.optics()[band].nodes) {
-    const ParameterVector average = AverageSkin();  // absorption is linear in the contents: any point will do
-    if (node.absorbers.MuAEpidermisGradient(average)[j] != 0.0) return true;
-    if (node.absorbers.MuADermisGradient(average)[j] != 0.0) return true;
-  }
-  return false;
-}
-
 DerivativePlanes PatchProblem::ForwardDifferences(const FitState& state, double step) {
   const int bands = data_.band_count(), count = space_.count();
   DerivativePlanes derivatives(count);
@@ -52,8 +42,7 @@ DerivativePlanes PatchProblem::ForwardDifferences(const FitState& state, double 
       inverse_step[j].data()[i] = static_cast<float>(space_.scale(j) / (static_cast<double>(after) - before));
     }
     derivatives[j].assign(bands, PlaneF(data_.width(), data_.height()));
-    for (int b = 0; b < bands; ++b)
-      if (Affects(space_.parameter(j), b)) tasks.emplace_back(j, b);
+    for (int b = 0; b < bands; ++b) tasks.emplace_back(j, b);
   }
   ParallelFor(static_cast<int>(tasks.size()), [&](int t) {
     const auto [j, b] = tasks[t];

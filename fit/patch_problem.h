@@ -37,16 +37,13 @@ class PatchProblem {
 
   // Forward differences [D08 6.3]: each free parameter is raised by `step` (scaled units) in all pixels at
   // once and the full patch rendered, so a derivative holds the cross-talk of the neighbours as well. It is
-  // lowered instead where the upper bound is near. Bands that a parameter cannot change (carotene in the red)
-  // are not rendered.
+  // lowered instead where the upper bound is near.
   DerivativePlanes ForwardDifferences(const FitState& state, double step);
 
   // Full-patch renders so far; one forward difference counts as one.
   int renders() const { return renders_; }
 
  private:
-  bool Affects(Parameter parameter, int band) const;
-
   const FitData& data_;
   const ForwardModel& model_;
   ParameterSpace space_;

@@ -3,6 +3,7 @@
 #include "fit/pixel_step.h"
 
 #include <Eigen/Cholesky>
+#include <algorithm>
 
 namespace dermap {
 namespace {
@@ -57,20 +58,21 @@ FreeVector BoundedStep(const PixelSystem& system, double damping, const FreeVect
   int open_count = system.count;
   for (int i = 0; i < open_count; ++i) open[i] = i;
   while (open_count > 0) {
-    SolveOpen(system, damping, open, open_count, step);
-    int kept = 0;
+    FreeVector target = step;
+    SolveOpen(system, damping, open, open_count, target);
+    double share = 1.0;  // of the way to the target, until the first bound
+    int blocked = -1;
     for (int a = 0; a < open_count; ++a) {
       const int i = open[a];
-      const double target = position[i] + step[i];
-      if (target < lower[i])
-        step[i] = lower[i] - position[i];
-      else if (target > upper[i])
-        step[i] = upper[i] - position[i];
-      else
-        open[kept++] = i;
+      const double way = target[i] - step[i];
+      const double room = (way < 0.0 ? lower[i] : upper[i]) - position[i] - step[i];
+      if (way == 0.0 || room / way >= share) continue;
+      share = std::max(room / way, 0.0);
+      blocked = a;
     }
-    if (kept == open_count) break;
-    open_count = kept;
+    for (int a = 0; a < open_count; ++a) step[open[a]] += share * (target[open[a]] - step[open[a]]);
+    if (blocked < 0) break;
+    open[blocked] = open[--open_count];
   }
   return step;
 }

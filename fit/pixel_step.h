@@ -22,9 +22,9 @@ struct PixelSystem {
   double Trace() const noexcept;
 };
 
-// Solves (J^T J + damping I) step = J^T r such that position + step stays within the bounds: what would leave
-// is set on its bound and the others are solved again (an active set that only grows, at most `count`
-// rounds).
+// Minimises |J step - r|^2 + damping |step|^2 such that position + step stays within the bounds: goes towards
+// the minimum until the first parameter meets its bound, holds that one and goes on with the others (at most
+// `count` legs). Each leg goes down, so the step never makes the least squares worse.
 FreeVector BoundedStep(const PixelSystem& system, double damping, const FreeVector& position,
                        const FreeVector& lower, const FreeVector& upper);
 

@@ -18,8 +18,10 @@ struct FitData {
   ImagingConditions conditions;
   std::vector<PlaneF> measured;  // reflectance, one plane a band; NaN: missing
   std::vector<PlaneF> sigma;     // one standard deviation; NaN where `measured` is
-  Plane<std::uint8_t> fitted;    // 1 where a pixel has at least as many data as free parameters
-  Plane<std::uint32_t> flags;    // FitFlag bits known before the fit
+  // Correlation of the noise of pixels 1, 2, ... apart; empty: independent.
+  std::vector<float> noise_correlation_x, noise_correlation_y;
+  Plane<std::uint8_t> fitted;  // 1 where a pixel has at least as many data as free parameters
+  Plane<std::uint32_t> flags;  // FitFlag bits known before the fit
 
   int width() const { return measured.empty() ? 0 : measured[0].width(); }
   int height() const { return measured.empty() ? 0 : measured[0].height(); }

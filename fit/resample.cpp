@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <limits>
 
 namespace dermap {
@@ -27,7 +28,39 @@ std::vector<std::vector<Overlap>> Overlaps(int old_count, int new_count, double 
   return overlaps;
 }
 
-void ReduceBand(const PlaneF& measured, const PlaneF& sigma, double factor, PlaneF& mean,
+double CorrelationAt(const std::vector<float>& lags, int distance) {
+  const int lag = std::abs(distance);
+  if (lag == 0) return 1.0;
+  return lag <= static_cast<int>(lags.size()) ? lags[lag - 1] : 0.0;
+}
+
+// How noise that is correlated along one axis averages into pixels of `factor` old ones.
+struct AveragedNoise {
+  double inflation = 1.0;   // variance of the mean over what it were without correlation
+  std::vector<float> lags;  // correlation of the new pixels 1, 2, ... apart
+};
+
+AveragedNoise AverageNoise(const std::vector<float>& lags, double factor) {
+  if (lags.empty()) return {};
+  const int reach = static_cast<int>(lags.size());
+  const int apart = std::max(1, static_cast<int>(std::ceil(reach / factor)));
+  const auto pixels = Overlaps(static_cast<int>(std::ceil((apart + 1) * factor)), apart + 1, factor);
+  const auto covariance = [&](int i, int j) {
+    double sum = 0.0;
+    for (const Overlap& a : pixels[i])
+      for (const Overlap& b : pixels[j]) sum += a.share * b.share * CorrelationAt(lags, a.source - b.source);
+    return sum;
+  };
+  double independent = 0.0;
+  for (const Overlap& a : pixels[0]) independent += a.share * a.share;
+  AveragedNoise noise{covariance(0, 0) / independent, {}};
+  for (int lag = 1; lag <= apart; ++lag)
+    noise.lags.push_back(static_cast<float>(covariance(0, lag) / covariance(0, 0)));
+  return noise;
+}
+
+// `inflation`: of the variance of the mean, by the correlation of the noise.
+void ReduceBand(const PlaneF& measured, const PlaneF& sigma, double factor, double inflation, PlaneF& mean,
                 PlaneF& mean_sigma) {
   const auto columns = Overlaps(measured.width(), mean.width(), factor);
   const auto rows = Overlaps(measured.height(), mean.height(), factor);
@@ -46,7 +79,7 @@ void ReduceBand(const PlaneF& measured, const PlaneF& sigma, double factor, Plan
       }
       if (weight < 0.5 * factor * factor) continue;
       mean(x, y) = static_cast<float>(sum / weight);
-      mean_sigma(x, y) = static_cast<float>(std::sqrt(variance) / weight);
+      mean_sigma(x, y) = static_cast<float>(std::sqrt(variance * inflation) / weight);
     }
   }
 }
@@ -66,8 +99,13 @@ FitData ReduceData(const FitData& data, int size, int free_count) {
   const PlaneF missing(width, height, std::numeric_limits<float>::quiet_NaN());
   reduced.measured.assign(data.bands.size(), missing);
   reduced.sigma = reduced.measured;
+  const AveragedNoise along_x = AverageNoise(data.noise_correlation_x, factor);
+  const AveragedNoise along_y = AverageNoise(data.noise_correlation_y, factor);
+  reduced.noise_correlation_x = along_x.lags;
+  reduced.noise_correlation_y = along_y.lags;
+  const double inflation = std::max(0.0, along_x.inflation) * std::max(0.0, along_y.inflation);
   for (int b = 0; b < data.band_count(); ++b)
-    ReduceBand(data.measured[b], data.sigma[b], factor, reduced.measured[b], reduced.sigma[b]);
+    ReduceBand(data.measured[b], data.sigma[b], factor, inflation, reduced.measured[b], reduced.sigma[b]);
   reduced.flags = Plane<std::uint32_t>(width, height);
   MarkFitted(reduced, free_count);
   return reduced;

@@ -11,9 +11,9 @@ namespace dermap {
 
 // Averages areas such that the longer side has `size` pixels (a size not below the present one returns the
 // data as they are); pixels stay square. Missing data have no weight, and a new pixel of which less than half
-// is known is missing. Sigma is propagated as if the noise of the old pixels were independent: resampling in
-// calibration correlates neighbours, so the sigma of a large reduction is too small by a factor of up to the
-// correlation length in pixels.
+// is known is missing. Sigma is propagated with the correlation of neighbours that the data state
+// (calibration's resampling makes it), and so is that correlation itself; without a statement the noise is
+// taken as independent.
 FitData ReduceData(const FitData& data, int size, int free_count);
 
 // The plane at width x height over the same area, linear between the centres of pixels, constant beyond the

@@ -21,11 +21,10 @@ class RunLog {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
   }
   void Decide(std::string sentence) { decisions.push_back(std::move(sentence)); }
-  // `renders` of the present size's problem; those of earlier sizes are in `renders_before`. chi2 is per
-  // datum here.
-  void Add(const Misfit& misfit, int renders) {
+  // `renders` of the present size's problem; those of earlier sizes are in `renders_before`.
+  void Add(const Misfit& misfit, int free_count, int renders) {
     history.push_back({static_cast<int>(history.size()), renders_before + renders, Seconds(), misfit.rms,
-                       misfit.Chi2PerDatum()});
+                       misfit.Chi2PerDegree(free_count)});
   }
   void Progress(double fraction) const {
     if (progress_) progress_(fraction);

@@ -2,6 +2,7 @@
 // Attributes of stacks and maps.
 #include "common/files/spectral_attributes.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <string_view>
@@ -22,6 +23,8 @@ constexpr const char* kIllumination = "dermap:illumination";
 constexpr const char* kTape = "dermap:tape";
 constexpr const char* kGeometry = "dermap:geometry";
 constexpr const char* kWidths = "dermap:fwhmNm";
+constexpr const char* kCorrelationX = "dermap:noiseCorrelationX";
+constexpr const char* kCorrelationY = "dermap:noiseCorrelationY";
 
 template <class Enum>
 Enum FromName(const std::array<std::string_view, 2>& names, const std::string& where,
@@ -138,6 +141,31 @@ void WriteWidths(const std::vector<Band>& bands, ExrImage& image) {
     any = any || band.fwhm_nm > 0.0;
   }
   if (any) image.lists[kWidths] = widths;
+}
+
+void CheckNoiseCorrelation(const std::string& where, const std::vector<float>& lags) {
+  const bool good = std::all_of(lags.begin(), lags.end(), [](float c) { return c >= -1.0f && c <= 1.0f; });
+  if (!good || lags.size() > kMaxCorrelationLags) {
+    throw InputError(where + " is not a list of at most " + std::to_string(kMaxCorrelationLags) +
+                     " correlations between -1 and 1, for pixels 1, 2, ... apart");
+  }
+}
+
+void ReadNoiseCorrelation(const std::string& file, const ExrImage& image, ReflectanceStack& stack) {
+  const auto read = [&](const char* name) -> std::vector<float> {
+    if (!image.HasAttribute(name)) return {};
+    const auto found = image.lists.find(name);
+    if (found == image.lists.end()) throw InputError(file + ": " + name + " is not a list of floats");
+    CheckNoiseCorrelation(file + ": " + name, found->second);
+    return found->second;
+  };
+  stack.noise_correlation_x = read(kCorrelationX);
+  stack.noise_correlation_y = read(kCorrelationY);
+}
+
+void WriteNoiseCorrelation(const ReflectanceStack& stack, ExrImage& image) {
+  if (!stack.noise_correlation_x.empty()) image.lists[kCorrelationX] = stack.noise_correlation_x;
+  if (!stack.noise_correlation_y.empty()) image.lists[kCorrelationY] = stack.noise_correlation_y;
 }
 
 }  // namespace dermap

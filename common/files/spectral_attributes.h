@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "common/files/exr_file.h"
+#include "common/files/stack.h"
 #include "common/transport/conditions.h"
 
 namespace dermap {
@@ -38,5 +39,12 @@ void WriteConditions(const FileConditions& conditions, ExrImage& image);
 // dermap:fwhmNm into bands that stand in order of wavelength; absent: all 0.
 void ReadWidths(const std::string& file, const ExrImage& image, std::vector<Band>& bands);
 void WriteWidths(const std::vector<Band>& bands, ExrImage& image);
+
+// dermap:noiseCorrelationX and ...Y, lags 1, 2, ...; absent: independent noise.
+void ReadNoiseCorrelation(const std::string& file, const ExrImage& image, ReflectanceStack& stack);
+void WriteNoiseCorrelation(const ReflectanceStack& stack, ExrImage& image);
+// Between -1 and 1, at most kMaxCorrelationLags; throws InputError.
+inline constexpr std::size_t kMaxCorrelationLags = 16;
+void CheckNoiseCorrelation(const std::string& where, const std::vector<float>& lags);
 
 }  // namespace dermap

@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "common/core/error.h"
+#include "common/files/atomic_file.h"
 #include "common/files/stack_parts.h"
 #include "common/files/text.h"
 
@@ -61,6 +62,15 @@ void CheckSigmaCount(const std::string& file, const std::vector<BandPlanes>& ban
                    " bands; expected it for all or none; remedy: add or remove the others");
 }
 
+void CheckNotEmpty(const std::string& file, const std::vector<PlaneF>& reflectance) {
+  for (const PlaneF& plane : reflectance) {
+    if (std::any_of(plane.values().begin(), plane.values().end(), [](float v) { return std::isfinite(v); }))
+      return;
+  }
+  throw InputError(file +
+                   " holds no value: every pixel of every band is missing (NaN); remedy: make it again");
+}
+
 bool IsEnvi(const std::filesystem::path& path) {
   return LowerCase(path.extension().string()) == ".hdr";
 }
@@ -89,6 +99,7 @@ ReflectanceStack AssembleStack(const std::string& file, std::vector<BandPlanes> 
     stack.reflectance.push_back(std::move(band.reflectance));
     if (!band.sigma.empty()) stack.sigma.push_back(std::move(band.sigma));
   }
+  CheckNotEmpty(file, stack.reflectance);
   for (float& value : valid.values()) value = value > 0.5f ? 1.0f : 0.0f;
   stack.valid = std::move(valid);
   stack.pixel_size_mm = conditions.pixel_size_mm;
@@ -103,6 +114,7 @@ FileConditions ConditionsOf(const ReflectanceStack& stack) {
 }
 
 ReflectanceStack ReadReflectanceStack(const std::filesystem::path& path) {
+  CheckReadable(path);
   CheckExtension(path);
   return IsEnvi(path) ? ReadEnviStack(path) : ReadExrStack(path);
 }

@@ -4,11 +4,13 @@
 
 #include <algorithm>
 #include <limits>
+#include <utility>
 
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
 #include "common/files/envi_data.h"
 #include "common/files/envi_header.h"
+#include "common/files/spectral_attributes.h"
 #include "common/files/stack_parts.h"
 #include "common/files/text.h"
 
@@ -16,6 +18,8 @@ namespace dermap {
 namespace {
 
 constexpr const char* kNotePrefix = "dermap note ";
+constexpr const char* kCorrelationX = "dermap noise correlation x";
+constexpr const char* kCorrelationY = "dermap noise correlation y";
 
 // What one unit of the header's wavelengths is in nm.
 double NanometresPerUnit(const EnviHeader& header, const std::vector<double>& wavelengths) {
@@ -50,6 +54,13 @@ std::vector<Band> ReadEnviBands(const EnviHeader& header, const EnviLayout& layo
     result.push_back({(*wavelengths)[i] * nm, widths ? (*widths)[i] * nm : 0.0});
   }
   return result;
+}
+
+std::vector<float> ReadCorrelation(const EnviHeader& header, const char* key) {
+  const std::vector<double> numbers = header.Numbers(key).value_or(std::vector<double>{});
+  const std::vector<float> lags(numbers.begin(), numbers.end());
+  CheckNoiseCorrelation(header.file() + ": '" + key + "'", lags);
+  return lags;
 }
 
 // 'reflectance scale factor' and 'data ignore value', both ENVI's own keys.
@@ -157,6 +168,13 @@ std::string SpectralKeys(const ReflectanceStack& stack) {
   const bool widths =
       std::any_of(stack.bands.begin(), stack.bands.end(), [](const Band& b) { return b.fwhm_nm > 0; });
   if (widths) text += "\nfwhm = " + BracedList(stack.bands, &Band::fwhm_nm);
+  for (const auto& [key, lags] : {std::pair(kCorrelationX, &stack.noise_correlation_x),
+                                  std::pair(kCorrelationY, &stack.noise_correlation_y)}) {
+    if (lags->empty()) continue;
+    std::vector<std::string> numbers;
+    for (float correlation : *lags) numbers.push_back(FormatNumber(correlation));
+    text += fmt::format("\n{} = {{{}}}", key, Join(numbers, ", "));
+  }
   return text + "\n";
 }
 
@@ -181,6 +199,8 @@ ReflectanceStack ReadEnviStack(const std::filesystem::path& path) {
   ReflectanceStack stack =
       AssembleStack(header.file(), std::move(planes), valid.empty() ? PlaneF() : std::move(valid[0]),
                     ReadEnviConditions(header));
+  stack.noise_correlation_x = ReadCorrelation(header, kCorrelationX);
+  stack.noise_correlation_y = ReadCorrelation(header, kCorrelationY);
   stack.notes = header.WithPrefix(kNotePrefix);
   return stack;
 }

@@ -11,6 +11,8 @@
 namespace dermap {
 namespace {
 
+constexpr double kLargestLean = 3.0;  // of kappa in the neighbour's radiance
+
 // Angles are split where a face begins to reflect totally; between, the rule runs in the cosine of the
 // thinnest medium that still carries the light, in which Fresnel's formulas are smooth.
 std::vector<ExactFaces::Direction> Directions(double n, const std::vector<double>& indices, int nodes) {
@@ -60,12 +62,20 @@ double DecayRate(double albedo, double kappa) {
   return std::sqrt(std::min(1.0, 3.0 * (1.0 - albedo)) + kappa * kappa);
 }
 
+double SaturatedKappa(const ExactNeighbour& neighbour, double kappa) {
+  if (neighbour.extinction <= 0.0) return 0.0;
+  const double there = kappa / neighbour.extinction;
+  return there / std::sqrt(1.0 + there * there / (kLargestLean * kLargestLean));
+}
+
 std::complex<double> DiffuseRadiance(const ExactNeighbour& neighbour, double mu, double cos_azimuth,
                                      double kappa) {
   if (neighbour.extinction <= 0.0) return 1.0;
   const double sine = std::min(1.0, std::sqrt(1.0 - mu * mu) / neighbour.index);  // Snell
   const double cosine = std::sqrt(1.0 - sine * sine);
-  const double kappa_there = kappa / neighbour.extinction;
+  // Under structure finer than the neighbour's mean free path little light remains, and its lean does not
+  // matter: the phase saturates, so that few azimuths resolve it.
+  const double kappa_there = SaturatedKappa(neighbour, kappa);
   const double phase = kappa_there * sine * cos_azimuth;
   if (std::isinf(neighbour.thickness)) {
     // int_0^inf exp(-s x) exp(-q x) dx / mu with q = (1 + i phase) / mu

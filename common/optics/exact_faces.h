@@ -15,7 +15,7 @@ struct ExactResolution {
   int free_nodes = 24;               // of the kernel without faces
   int nodes_per_interval = 8;        // of angles, between the critical angles of the faces
   int fine_nodes_per_interval = 16;  // likewise, for what is known in closed form
-  double azimuths_per_kappa = 1.5;   // azimuths of face terms: 2 + this * kappa, in a quarter turn
+  double azimuths_per_kappa = 2.0;   // azimuths of face terms: 2 + this * kappa, in a quarter turn
   int max_azimuths = 16;
   double smallest_element = 0.1;  // optical depth
   double element_ratio = 3.0;
@@ -50,6 +50,9 @@ struct ExactNeighbour {
 // the face; kappa is the layer's own.
 std::complex<double> DiffuseRadiance(const ExactNeighbour& neighbour, double mu, double cos_azimuth,
                                      double kappa);
+
+// kappa in the neighbour's own optical depth, as DiffuseRadiance uses it.
+double SaturatedKappa(const ExactNeighbour& neighbour, double kappa);
 
 // How fast light dies away with optical depth far from the faces, by diffusion, but never faster than
 // unscattered light.

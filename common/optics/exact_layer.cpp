@@ -67,6 +67,11 @@ class Galerkin {
   double straight_down_ = 0.0, straight_up_ = 0.0, mirrored_down_ = 0.0, mirrored_up_ = 0.0;
 
   bool IsSlab() const { return !faces_.half_space; }
+  // The largest kappa that an integral over azimuth meets.
+  double Lean() const {
+    return std::max({layer_.kappa, SaturatedKappa(layer_.above, layer_.kappa),
+                     SaturatedKappa(layer_.below, layer_.kappa)});
+  }
   Complex Rate(const Direction& d, double cos_azimuth) const {
     return Complex(1.0, layer_.kappa * std::sqrt(1.0 - d.mu * d.mu) * cos_azimuth) / d.mu;
   }
@@ -140,7 +145,7 @@ void Galerkin::AddDirection(const Direction& d, double cos_azimuth, double share
 
 void Galerkin::AddFaces() {
   const int azimuths =
-      std::min(AzimuthCount(layer_.kappa, resolution_.azimuths_per_kappa), resolution_.max_azimuths);
+      std::min(AzimuthCount(Lean(), resolution_.azimuths_per_kappa), resolution_.max_azimuths);
   ColumnProducts products(mesh_.Size());
   for (const Direction& direction : faces_.directions) {
     for (int j = 0; j < azimuths; ++j) {
@@ -202,7 +207,7 @@ void Galerkin::AddStraightLight(const Direction& d, Complex q, double cos_azimut
 
 // Narrower in depth than the elements where kappa is large, these need more directions than the kernel.
 void Galerkin::AddClosedForms() {
-  const int azimuths = AzimuthCount(layer_.kappa, 2.0 * resolution_.azimuths_per_kappa);
+  const int azimuths = AzimuthCount(Lean(), 1.5 * resolution_.azimuths_per_kappa);
   const auto& directions = layer_.kappa > 1.0 ? faces_.fine_directions : faces_.directions;
   for (const Direction& d : directions) {
     for (int j = 0; j < azimuths; ++j) {

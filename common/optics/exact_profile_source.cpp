@@ -2,6 +2,8 @@
 // From layers in mm to the optical units of exact_layer.h, frequency by frequency.
 #include "common/optics/exact_profile_source.h"
 
+#include <limits>
+
 #include "common/optics/exact_layer.h"
 #include "common/optics/fresnel.h"
 
@@ -12,14 +14,15 @@ double Extinction(const LayerOptics& layer) {
   return layer.mu_a + layer.mu_s_reduced;
 }
 
-ExactResponses SolveEpidermis(const EpidermisOptics& optics, const ExactFaces& faces, double k_per_mm) {
-  const double mu_t = Extinction(optics.layer);
-  return SolveExactLayer(faces, optics.thickness_mm * mu_t, optics.layer.mu_s_reduced / mu_t,
-                         k_per_mm / mu_t);
-}
-
-ExactFaces FacesOf(const EpidermisOptics& optics) {
-  return MakeExactFaces(optics.n_above, optics.layer.n, optics.n_below, optics.black_above, false);
+// What diffuse light from the neighbour looks like inside `layer`; thickness_mm of the neighbour.
+ExactNeighbour NeighbourOf(const LayerOptics& layer, const TypicalNeighbour& neighbour,
+                           double default_scattering, double n_neighbour, double thickness_mm) {
+  const double mu_s = neighbour.mu_s_reduced > 0.0 ? neighbour.mu_s_reduced : default_scattering;
+  const double mu_t = neighbour.mu_a + mu_s;
+  return {.extinction = mu_t / Extinction(layer),
+          .albedo = mu_s / mu_t,
+          .index = n_neighbour / layer.n,
+          .thickness = thickness_mm * mu_t};
 }
 
 // Share of light along the normal that passes the skin's surface.
@@ -31,11 +34,19 @@ double Entering(const EpidermisOptics& optics) {
 
 EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
                                                   std::span<const double> k_per_mm) const {
-  const ExactFaces faces = FacesOf(optics);
-  const double entering = Entering(optics);
+  const LayerOptics& layer = optics.layer;
+  const ExactFaces faces = MakeExactFaces(optics.n_above, layer.n, optics.n_below, optics.black_above, false);
+  const double mu_t = Extinction(layer), entering = Entering(optics);
+  ExactLayer exact;
+  exact.thickness = optics.thickness_mm * mu_t;
+  exact.albedo = layer.mu_s_reduced / mu_t;
+  exact.below = NeighbourOf(layer, optics.dermis, 0.5 * layer.mu_s_reduced, optics.n_below,
+                            std::numeric_limits<double>::infinity());
   EpidermisTransforms transforms;
   for (const double k : k_per_mm) {
-    const ExactResponses r = SolveEpidermis(optics, faces, k);
+    exact.kappa = k / mu_t;
+    const ExactResponses r = SolveExactLayer(faces, exact);
+    // The sharp reflection of the lower face (5e-5 of the light) leaves with what was scattered.
     transforms.r_forward.push_back(entering * (r.r_normal + r.r_ballistic));
     transforms.t_forward.push_back(entering * r.t_normal);
     transforms.r_backward.push_back(r.r_up);
@@ -48,11 +59,17 @@ EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
 
 DermisTransforms ExactProfileSource::Dermis(const DermisOptics& optics,
                                             std::span<const double> k_per_mm) const {
-  const ExactFaces faces = MakeExactFaces(optics.n_above, optics.layer.n, optics.layer.n, false, true);
-  const double mu_t = Extinction(optics.layer);
+  const LayerOptics& layer = optics.layer;
+  const ExactFaces faces = MakeExactFaces(optics.n_above, layer.n, layer.n, false, true);
+  const double mu_t = Extinction(layer);
+  ExactLayer exact;
+  exact.albedo = layer.mu_s_reduced / mu_t;
+  exact.above = NeighbourOf(layer, optics.epidermis, 2.0 * layer.mu_s_reduced, optics.n_above,
+                            optics.epidermis_thickness_mm);
   DermisTransforms transforms;
   for (const double k : k_per_mm) {
-    const ExactResponses r = SolveExactLayer(faces, 0.0, optics.layer.mu_s_reduced / mu_t, k / mu_t);
+    exact.kappa = k / mu_t;
+    const ExactResponses r = SolveExactLayer(faces, exact);
     transforms.r_diffuse.push_back(r.r_down);
     transforms.r_normal.push_back(r.r_normal);
   }

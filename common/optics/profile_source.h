@@ -22,6 +22,13 @@ struct LayerOptics {
   double n = 1.4;
 };
 
+// The layer from which diffuse light comes, as far as the light's directions depend on it: a typical one serves, and is
+// all that tables can know. A source may ignore it.
+struct TypicalNeighbour {
+  double mu_a = 0.0;          // 1/mm
+  double mu_s_reduced = 0.0;  // 1/mm; 0: the dermis scatters half as much as the epidermis [D08 eq. 12]
+};
+
 // The epidermis between air (or gel) above and dermis below.
 struct EpidermisOptics {
   LayerOptics layer;
@@ -30,12 +37,15 @@ struct EpidermisOptics {
   double n_below = 1.38;
   // Under black tape what reaches the surface from below is absorbed, not reflected internally.
   bool black_above = false;
+  TypicalNeighbour dermis{.mu_a = 0.08};
 };
 
 // The semi-infinite dermis under the epidermis.
 struct DermisOptics {
   LayerOptics layer;
   double n_above = 1.4;
+  TypicalNeighbour epidermis{.mu_a = 0.5};
+  double epidermis_thickness_mm = 0.25;
 };
 
 struct EpidermisTransforms {

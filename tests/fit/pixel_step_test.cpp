@@ -67,7 +67,6 @@ TEST(PixelStep, PriorAloneLeadsToItsCentre) {
 TEST(PixelStep, RandomSystemsStayWithinBoundsAndGain) {
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  int gains_counted = 0;
   for (int trial = 0; trial < 2000; ++trial) {
     PixelSystem system;
     system.count = 5;
@@ -96,10 +95,8 @@ TEST(PixelStep, RandomSystemsStayWithinBoundsAndGain) {
       ASSERT_GE(position[j] + step[j], lower[j] - 1e-12);
       ASSERT_LE(position[j] + step[j], upper[j] + 1e-12);
     }
-    gains_counted += after < before;
+    ASSERT_LT(after, before);
   }
-  // The active set only grows, so a rare step may lose a little; descent takes such a step back.
-  EXPECT_GE(gains_counted, 1980);
 }
 
 }  // namespace

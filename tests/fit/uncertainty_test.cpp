@@ -25,7 +25,7 @@ double Scatter(const PlaneF& plane) {
 // linear theory.
 TEST(Uncertainty, SigmaIsTheScatterOnUniformSkin) {
   const ForwardModel model = testing::MakeModel(testing::EightBands(), testing::Uniform(20.0));
-  const ParameterVector truth{0.08, 0.5, 0.012, 0.02, 0.05};
+  const ParameterVector truth{0.03, 0.5, 0.012, 0.02, 0.05};
   ReflectanceStack stack = testing::NoisyStack(model, ParameterMaps(20, 20, truth), 0.005, 6);
   const FitData data = testing::Prepared(stack);
   PatchProblem problem(data, model, ParameterSpace(testing::AllParameters()));

@@ -24,8 +24,8 @@ double FresnelReflectance(double n_in, double n_out, double mu_in) {
   return 0.5 * (s * s + p * p);
 }
 
-// Mean over azimuth of the Henyey-Greenstein phase function, normalised so that 1/2 int over all mu is 1, as a sum of
-// Legendre polynomials; `sign` is +1 into the same hemisphere and -1 into the other.
+// Mean over azimuth of the Henyey-Greenstein phase function, normalised so that 1/2 int over all mu is 1, as
+// a sum of Legendre polynomials; `sign` is +1 into the same hemisphere and -1 into the other.
 Eigen::MatrixXd Redistribution(const std::vector<double>& mu, const std::vector<double>& weight, double g,
                                double sign) {
   const int n = static_cast<int>(mu.size());
@@ -103,7 +103,9 @@ AddingDoubling::AddingDoubling(const LayerStack& stack, int nodes_per_interval) 
   nodes_ = MakeAngularNodes(n, nodes_per_interval);
 }
 
-double AddingDoubling::IndexOf(int medium) const { return nodes_.n[medium]; }
+double AddingDoubling::IndexOf(int medium) const {
+  return nodes_.n[medium];
+}
 
 Operators AddingDoubling::Face(int upper, int lower, double absorbance) const {
   const int above = nodes_.count[upper], below = nodes_.count[lower];
@@ -127,11 +129,12 @@ Operators AddingDoubling::Slab(int layer) const {
   const double mu_t = l.mu_a + l.mu_s, albedo = mu_t > 0.0 ? l.mu_s / mu_t : 0.0;
   const bool infinite = std::isinf(l.thickness_mm);
   const double tau = infinite ? kStartThickness : l.thickness_mm * mu_t;
-  const int doublings = infinite ? kMaxDoublings
-                                 : std::max(0, static_cast<int>(std::ceil(std::log2(tau / kStartThickness))));
+  const int doublings =
+      infinite ? kMaxDoublings : std::max(0, static_cast<int>(std::ceil(std::log2(tau / kStartThickness))));
   const double start = std::ldexp(tau, infinite ? 0 : -doublings);
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
-  const Eigen::VectorXd inverse_mu = Eigen::Map<const Eigen::VectorXd>(nodes_.mu[medium].data(), n).cwiseInverse();
+  const Eigen::VectorXd inverse_mu =
+      Eigen::Map<const Eigen::VectorXd>(nodes_.mu[medium].data(), n).cwiseInverse();
   const Eigen::MatrixXd same = Redistribution(nodes_.mu[medium], nodes_.weight[medium], l.g, 1.0);
   const Eigen::MatrixXd other = Redistribution(nodes_.mu[medium], nodes_.weight[medium], l.g, -1.0);
   // Each flux loses (or scatters) its share over half of the thin slab: the diamond scheme.
@@ -163,7 +166,8 @@ Operators AddingDoubling::Part(int first, int last, bool include_first, bool inc
   for (int medium = first; medium <= last; ++medium) {
     const bool is_layer = medium >= 1 && medium <= layer_count;
     const bool wanted = (medium != first || include_first) && (medium != last || include_last);
-    if (medium > first) append(Face(medium - 1, medium, medium >= 2 ? stack_.layers[medium - 2].absorber_below : 0.0));
+    if (medium > first)
+      append(Face(medium - 1, medium, medium >= 2 ? stack_.layers[medium - 2].absorber_below : 0.0));
     if (is_layer && wanted) append(Slab(medium - 1));
   }
   return whole;

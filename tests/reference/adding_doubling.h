@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Totals without noise: adding-doubling on an exact angular quadrature, layers of different index.
-// Source: van de Hulst, "Multiple Light Scattering" (1980); Prahl, van Gemert, Welch, Appl. Opt. 32 (1993) 559.
+// Source: van de Hulst, "Multiple Light Scattering" (1980); Prahl, van Gemert, Welch, Appl. Opt. 32 (1993)
+// 559.
 #pragma once
 
 #include <Eigen/Core>
@@ -10,8 +11,8 @@
 
 namespace dermap::reference {
 
-// Light in a medium is a vector of fluxes, one a node: a cone of transverse invariant n sin(theta), so that Snell's law
-// maps node onto node and a face is a diagonal. Medium m carries only its first count[m] nodes.
+// Light in a medium is a vector of fluxes, one a node: a cone of transverse invariant n sin(theta), so that
+// Snell's law maps node onto node and a face is a diagonal. Medium m carries only its first count[m] nodes.
 struct AngularNodes {
   std::vector<double> n;                    // of each medium
   std::vector<int> count;                   // nodes that propagate in it
@@ -44,8 +45,8 @@ class AddingDoubling {
   Totals NormalIncidence() const;
   // The whole stack; media: 0 is above, i+1 is layer i, the last is below.
   Operators Whole() const { return Part(0, static_cast<int>(stack_.layers.size()) + 1); }
-  // From inside medium `first` to inside medium `last`, the media themselves included where they are layers and
-  // `include_first`, `include_last` say so; the faces between are.
+  // From inside medium `first` to inside medium `last`, the media themselves included where they are layers
+  // and `include_first`, `include_last` say so; the faces between are.
   Operators Part(int first, int last, bool include_first = true, bool include_last = true) const;
   // Flux vector of sum 1, radiance uniform over the directions of a medium that also propagate in `through`
   // (and multiplied by the face's transmittance, if weighted).

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What both judges are asked about: plane layers between two media; mm and 1/mm. Shares nothing with common/optics.
+// What both judges are asked about: plane layers between two media; mm and 1/mm. Shares nothing with
+// common/optics.
 #pragma once
 
 #include <limits>
@@ -15,8 +16,8 @@ struct Layer {
   double mu_s = 1.0;  // 1/mm
   double g = 0.0;     // Henyey-Greenstein; 0 is isotropic
   double n = 1.4;
-  // Absorbance P of an infinitely thin absorber on the layer's lower face: light that crosses is multiplied by exp(-P),
-  // what the face reflects is not.
+  // Absorbance P of an infinitely thin absorber on the layer's lower face: light that crosses is multiplied
+  // by exp(-P), what the face reflects is not.
   double absorber_below = 0.0;
 };
 

@@ -15,7 +15,8 @@ namespace dermap::reference {
 namespace {
 
 constexpr std::uint64_t kBatch = 8192;
-// Batches are summed in a fixed number of groups, each in order, so that rounding does not depend on the threads.
+// Batches are summed in a fixed number of groups, each in order, so that rounding does not depend on the
+// threads.
 constexpr int kGroups = 16;
 
 struct Tally {
@@ -101,8 +102,8 @@ std::vector<Estimate> RingDensities(const std::vector<Tally>& rings, const std::
   return densities;
 }
 
-void FillImage(const std::vector<Tally>& pixels, const MonteCarloScene& scene, double photons, Plane<double>& value,
-               Plane<double>& error) {
+void FillImage(const std::vector<Tally>& pixels, const MonteCarloScene& scene, double photons,
+               Plane<double>& value, Plane<double>& error) {
   value = error = Plane<double>(scene.width, scene.height);
   // Of a window every pixel gets the same share of the photons.
   const double scale = scene.beam == Beam::kWindow ? static_cast<double>(pixels.size()) : 1.0;
@@ -113,7 +114,8 @@ void FillImage(const std::vector<Tally>& pixels, const MonteCarloScene& scene, d
   }
 }
 
-Tallies RunGroup(const MonteCarloScene& scene, const PhotonWalk& walk, const MonteCarloOptions& options, int group) {
+Tallies RunGroup(const MonteCarloScene& scene, const PhotonWalk& walk, const MonteCarloOptions& options,
+                 int group) {
   Tallies tallies(scene);
   const std::uint64_t batches = (options.photons + kBatch - 1) / kBatch;
   for (std::uint64_t batch = group; batch < batches; batch += kGroups) {
@@ -136,7 +138,8 @@ MonteCarloResult RunMonteCarlo(const MonteCarloScene& scene, const MonteCarloOpt
     std::vector<std::jthread> threads;
     for (int t = 0; t < std::max(1, options.threads); ++t) {
       threads.emplace_back([&] {
-        for (int group = next++; group < kGroups; group = next++) groups[group] = RunGroup(scene, walk, options, group);
+        for (int group = next++; group < kGroups; group = next++)
+          groups[group] = RunGroup(scene, walk, options, group);
       });
     }
   }

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// Truth with error bars: Monte Carlo of light in plane layers, independent of common/optics. Absorption is exp(-integral
-// of mu_a along the path), so it may vary laterally; scattering, faces and exits are sampled. Lengths in mm.
-// Source: Wang, Jacques, Zheng, Comput. Methods Programs Biomed. 47 (1995) 131, for the sampling of faces and HG.
+// Truth with error bars: Monte Carlo of light in plane layers, independent of common/optics. Absorption is
+// exp(-integral of mu_a along the path), so it may vary laterally; scattering, faces and exits are sampled.
+// Lengths in mm. Source: Wang, Jacques, Zheng, Comput. Methods Programs Biomed. 47 (1995) 131, for the
+// sampling of faces and HG.
 #pragma once
 
 #include <cstdint>
@@ -17,17 +18,20 @@ struct Estimate {
   double standard_error = 0.0;
 };
 
-// Normal incidence from above. Specular reflection of the first face is never in a result, its light counts as fallen.
+// Normal incidence from above. Specular reflection of the first face is never in a result, its light counts
+// as fallen.
 enum class Beam { kPencil, kWindow };
 
 struct MonteCarloScene {
   LayerStack stack;
   Beam beam = Beam::kPencil;
-  // Images and windows: width x height pixels; the window is exactly the image, from (0, 0) mm. A pencil falls on the
-  // image's middle. Without an image the light is a pencil, and totals are also those of wide light.
+  // Images and windows: width x height pixels; the window is exactly the image, from (0, 0) mm. A pencil
+  // falls on the image's middle. Without an image the light is a pencil, and totals are also those of wide
+  // light.
   int width = 0, height = 0;
   double pixel_size_mm = 0.0;
-  // Absorption of a layer by pixel, 1/mm, replicated outwards; empty planes use Layer::mu_a. One per layer, or none.
+  // Absorption of a layer by pixel, 1/mm, replicated outwards; empty planes use Layer::mu_a. One per layer,
+  // or none.
   std::vector<PlaneF> mu_a;
   std::vector<PlaneF> absorber_below;  // likewise for Layer::absorber_below
   bool black_tape = false;             // outside the window the first face absorbs what reaches it from below

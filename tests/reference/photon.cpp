@@ -68,12 +68,17 @@ double PhotonWalk::AbsorptionAlong(const PlaneF& mu_a, const Photon& p, double l
   double x = p.x, y = p.y, left = length_mm, sum = 0.0;
   while (left > 0.0) {
     const double px = std::floor(x / size), py = std::floor(y / size);
-    const double to_x = p.ux > 0.0 ? ((px + 1.0) * size - x) / p.ux : p.ux < 0.0 ? (px * size - x) / p.ux : kInfinite;
-    const double to_y = p.uy > 0.0 ? ((py + 1.0) * size - y) / p.uy : p.uy < 0.0 ? (py * size - y) / p.uy : kInfinite;
+    const double to_x = p.ux > 0.0   ? ((px + 1.0) * size - x) / p.ux
+                        : p.ux < 0.0 ? (px * size - x) / p.ux
+                                     : kInfinite;
+    const double to_y = p.uy > 0.0   ? ((py + 1.0) * size - y) / p.uy
+                        : p.uy < 0.0 ? (py * size - y) / p.uy
+                                     : kInfinite;
     // A hair's breadth beyond the border, so that the next step starts in the next pixel.
     const double step = std::min(left, std::min(to_x, to_y) + 1e-9 * size);
     const double middle = 0.5 * step;
-    sum += step * mu_a(PixelIndex(x + middle * p.ux, mu_a.width()), PixelIndex(y + middle * p.uy, mu_a.height()));
+    sum += step *
+           mu_a(PixelIndex(x + middle * p.ux, mu_a.width()), PixelIndex(y + middle * p.uy, mu_a.height()));
     x += step * p.ux;
     y += step * p.uy;
     left -= step;

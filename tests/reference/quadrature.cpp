@@ -29,12 +29,15 @@ Rule RuleFromJacobi(const Eigen::MatrixXd& jacobi, double a, double b) {
 
 }  // namespace
 
-Rule GaussLegendre(int n, double a, double b) { return RuleFromJacobi(LegendreJacobiMatrix(n), a, b); }
+Rule GaussLegendre(int n, double a, double b) {
+  return RuleFromJacobi(LegendreJacobiMatrix(n), a, b);
+}
 
 Rule GaussRadauRight(int n, double a, double b) {
   Eigen::MatrixXd jacobi = LegendreJacobiMatrix(n);
   if (n > 1) {
-    // The last diagonal element that makes 1 an eigenvalue (Golub 1973): 1 - beta^2 e with (J_{n-1} - 1) x = e_last.
+    // The last diagonal element that makes 1 an eigenvalue (Golub 1973): 1 - beta^2 e with (J_{n-1} - 1) x =
+    // e_last.
     const int m = n - 1;
     const Eigen::MatrixXd shifted = jacobi.topLeftCorner(m, m) - Eigen::MatrixXd::Identity(m, m);
     const double beta = jacobi(m, m - 1);

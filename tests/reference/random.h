@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// xoshiro256++ (Blackman and Vigna 2019), seeded through splitmix64: fast uniform numbers for the Monte Carlo.
+// xoshiro256++ (Blackman and Vigna 2019), seeded through splitmix64: fast uniform numbers for the Monte
+// Carlo.
 #pragma once
 
 #include <array>

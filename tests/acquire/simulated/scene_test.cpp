@@ -8,8 +8,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "acquire/simulated/patch_reflectance.h"
-#include "acquire/simulated/random_field.h"
 #include "common/core/error.h"
 #include "common/transport/band_optics.h"
 #include "tests/acquire/support.h"
@@ -74,23 +72,6 @@ TEST(Scene, ShippedScenesHoldWhatTheyPromise) {
   EXPECT_NEAR(vein[vein.size() * 97 / 100], 0.07, 0.008);
 }
 
-// Mean 0, variance 1 and correlation exp(-d^2/2L^2), by definition. 400 fields, one pair of points each:
-// standard error 5 %.
-TEST(RandomField, HasItsVarianceAndCorrelation) {
-  double sum = 0.0, sum2 = 0.0, product = 0.0;
-  constexpr int kFields = 1600;
-  for (int i = 0; i < kFields; ++i) {
-    const RandomField field(RandomStream(5, "test", static_cast<std::uint64_t>(i)), 0.8);
-    const double a = field.At(1.0, 2.0), b = field.At(1.0, 2.8);
-    sum += a;
-    sum2 += a * a;
-    product += a * b;
-  }
-  EXPECT_NEAR(sum / kFields, 0.0, 4.0 / std::sqrt(kFields));
-  EXPECT_NEAR(sum2 / kFields, 1.0, 4.0 * std::sqrt(2.0 / kFields));
-  EXPECT_NEAR(product / kFields, std::exp(-0.5), 4.0 * std::sqrt((1.0 + std::exp(-1.0)) / kFields));
-}
-
 TEST(Scene, SeedDecidesTheMaps) {
   const TemporaryFolder folder;
   const auto maps = [&](int seed) {
@@ -144,24 +125,6 @@ TEST(Scene, BadScenesAreRefusedByName) {
               HasSubstr("both"));
   EXPECT_THAT(MessageOf(folder, "[pattern]\nkind = \"stripes\"\nlow = 0\nhigh = 1\n"), HasSubstr("checker"));
   EXPECT_THAT(MessageOf(folder, "profiles = \"guess\"\n"), HasSubstr("multipole"));
-}
-
-// The moments of a Gaussian of this width: mean 0, variance (FWHM/2.3548)^2, fourth moment 3 sigma^4.
-TEST(PatchReflectance, FilterNodesHaveTheMomentsOfTheirFilter) {
-  const auto nodes = FilterNodes({550.0, 10.0});
-  double m0 = 0.0, m1 = 0.0, m2 = 0.0, m4 = 0.0;
-  for (const FilterNode& n : nodes) {
-    const double d = n.wavelength_nm - 550.0;
-    m0 += n.weight;
-    m1 += n.weight * d;
-    m2 += n.weight * d * d;
-    m4 += n.weight * d * d * d * d;
-  }
-  const double variance = std::pow(10.0 / 2.354820045, 2);
-  EXPECT_NEAR(m0, 1.0, 1e-12);
-  EXPECT_NEAR(m1, 0.0, 1e-9);
-  EXPECT_NEAR(m2, variance, 1e-6);
-  EXPECT_NEAR(m4, 3.0 * variance * variance, 1e-4);
 }
 
 }  // namespace

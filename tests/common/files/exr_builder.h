@@ -77,6 +77,11 @@ class ExrBuilder {
     return bytes;
   }
 
+  // The last pixel of an axis; wraps as a writer's int would.
+  static std::string Last(int first, int count) {
+    return Bytes(static_cast<std::uint32_t>(first) + static_cast<std::uint32_t>(count) - 1u);
+  }
+
   static std::string Attribute(const std::string& name, const std::string& type, const std::string& bytes) {
     return name + '\0' + type + '\0' + Bytes(static_cast<std::int32_t>(bytes.size())) + bytes;
   }
@@ -90,7 +95,7 @@ class ExrBuilder {
     list += '\0';
     const int width = claimed_width_ ? claimed_width_ : width_;
     const int height = claimed_height_ ? claimed_height_ : height_;
-    const std::string box = Bytes(x0_) + Bytes(y0_) + Bytes(x0_ + width - 1) + Bytes(y0_ + height - 1);
+    const std::string box = Bytes(x0_) + Bytes(y0_) + Last(x0_, width) + Last(y0_, height);
     return Attribute("channels", "chlist", list) +
            Attribute("compression", "compression", std::string(1, '\0')) +
            Attribute("dataWindow", "box2i", box) + Attribute("displayWindow", "box2i", box) +

@@ -29,7 +29,9 @@ TEST(Picture, ColourMapsHaveTheirPublishedEnds) {
 }
 
 // IEC 61966-2-1: linear 0.5 is encoded as 188 (187.5 rounded, from the 256-entry palette 188).
-TEST(Picture, GrayIsAPhotograph) { EXPECT_LE(Distance(ColourAt(ColourMap::kGray, 0.5), {188, 188, 188}), 1); }
+TEST(Picture, GrayIsAPhotograph) {
+  EXPECT_LE(Distance(ColourAt(ColourMap::kGray, 0.5), {188, 188, 188}), 1);
+}
 
 // The contract of picture.h: blue below, near white in the middle, red above, equally dark at both ends.
 TEST(Picture, DivergingMapIsBalanced) {
@@ -42,8 +44,8 @@ TEST(Picture, DivergingMapIsBalanced) {
 
 // The contract of colour.h: the colour of missing pixels is in none of the maps.
 TEST(Picture, MissingColourIsDistinct) {
-  for (const ColourMap map :
-       {ColourMap::kGray, ColourMap::kViridis, ColourMap::kMagma, ColourMap::kInferno, ColourMap::kDiverging}) {
+  for (const ColourMap map : {ColourMap::kGray, ColourMap::kViridis, ColourMap::kMagma, ColourMap::kInferno,
+                              ColourMap::kDiverging}) {
     for (int i = 0; i <= 255; ++i) EXPECT_GT(Distance(ColourAt(map, i / 255.0), kMissingColour), 40);
   }
 }
@@ -156,7 +158,7 @@ TEST(Picture, PngKeepsEveryPixel) {
   for (std::size_t i = 0; i < picture.size(); ++i) {
     picture.data()[i] = {static_cast<std::uint8_t>(40 * i), static_cast<std::uint8_t>(255 - i), 7};
   }
-  testing::TemporaryFolder folder;
+  TemporaryFolder folder;
   const auto path = folder.path() / "sub" / "p.png";
   WritePng(path, picture);
   const cv::Mat bgr = cv::imread(path.string(), cv::IMREAD_COLOR);

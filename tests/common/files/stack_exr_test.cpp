@@ -184,6 +184,9 @@ TEST_F(StackExrTest, KeepsNanAndTurnsInfinityIntoNan) {
                .Build());
   for (int x = 0; x < 3; ++x) EXPECT_TRUE(std::isnan(stack.reflectance[0](x, 1))) << x;
   EXPECT_EQ(stack.reflectance[0](3, 1), 0.25f);
+  EXPECT_THAT(
+      SentenceFor(ExrBuilder(4, 3).Channel("T.450nm", ExrType::kFloat, [](int, int) { return NAN; }).Build()),
+      AllOf(HasSubstr("some.exr"), HasSubstr("every pixel of every band is missing")));
 }
 
 // What is no reflectance, or contradicts itself, is told in one sentence that names file, found and expected.
@@ -246,6 +249,7 @@ TEST_F(StackExrTest, ReadsWidthsHoweverTheyWereWritten) {
 
 // An extension that says nothing of ours; the format is chosen by it.
 TEST_F(StackExrTest, NamesTheExtensionsThatItKnows) {
+  folder_.Write("x.tif", "");
   EXPECT_THAT(SentenceOf<InputError>([&] { ReadReflectanceStack(folder_ / "x.tif"); }),
               AllOf(HasSubstr("'.tif'"), HasSubstr(".exr"), HasSubstr(".hdr")));
   EXPECT_THAT(SentenceOf<InputError>([&] { WriteReflectanceStack(folder_ / "x", MakeStack()); }),

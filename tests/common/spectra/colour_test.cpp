@@ -13,12 +13,17 @@ namespace {
 
 const std::filesystem::path kSpectra = "config/spectra";
 
-double ChromaticityX(const Xyz& xyz) { return xyz[0] / (xyz[0] + xyz[1] + xyz[2]); }
-double ChromaticityY(const Xyz& xyz) { return xyz[1] / (xyz[0] + xyz[1] + xyz[2]); }
+double ChromaticityX(const Xyz& xyz) {
+  return xyz[0] / (xyz[0] + xyz[1] + xyz[2]);
+}
+double ChromaticityY(const Xyz& xyz) {
+  return xyz[1] / (xyz[0] + xyz[1] + xyz[2]);
+}
 
 // CIE 015:2018, table 11.3 (and ISO/CIE 11664-2): chromaticities of D65, D50 and A for the 2 degree observer.
 TEST(Colour, IlluminantsHaveTheirPublishedWhitePoints) {
-  const ColourObserver d65(kSpectra, Illuminant::kD65), d50(kSpectra, Illuminant::kD50), a(kSpectra, Illuminant::kA);
+  const ColourObserver d65(kSpectra, Illuminant::kD65), d50(kSpectra, Illuminant::kD50),
+      a(kSpectra, Illuminant::kA);
   EXPECT_NEAR(ChromaticityX(d65.white()), 0.31272, 5e-5);
   EXPECT_NEAR(ChromaticityY(d65.white()), 0.32903, 5e-5);
   EXPECT_NEAR(ChromaticityX(d50.white()), 0.34567, 5e-5);
@@ -30,17 +35,20 @@ TEST(Colour, IlluminantsHaveTheirPublishedWhitePoints) {
 
 // IEC 61966-2-1:1999, eq. (6): its matrix has four decimals and inverts a rounded one, hence the tolerance.
 TEST(Colour, LinearSrgbIsTheStandardsMatrix) {
-  const double expected[3][3] = {{3.2406, -1.5372, -0.4986}, {-0.9689, 1.8758, 0.0415}, {0.0557, -0.2040, 1.0570}};
+  const double expected[3][3] = {
+      {3.2406, -1.5372, -0.4986}, {-0.9689, 1.8758, 0.0415}, {0.0557, -0.2040, 1.0570}};
   for (int column = 0; column < 3; ++column) {
     Xyz unit{};
     unit[static_cast<std::size_t>(column)] = 1.0;
     const LinearRgb rgb = LinearSrgbFromXyz(unit);
-    for (int row = 0; row < 3; ++row) EXPECT_NEAR(rgb[static_cast<std::size_t>(row)], expected[row][column], 5e-4);
+    for (int row = 0; row < 3; ++row)
+      EXPECT_NEAR(rgb[static_cast<std::size_t>(row)], expected[row][column], 5e-4);
   }
 }
 
-// IEC 61966-2-1:1999, section 5.2: 12.92 c up to 0.0031308, then 1.055 c^(1/2.4) - 0.055. Linear 0.2140 is the middle of
-// the 8-bit scale's neighbour 127.5 (0.5 encoded), a figure quoted in most descriptions of sRGB.
+// IEC 61966-2-1:1999, section 5.2: 12.92 c up to 0.0031308, then 1.055 c^(1/2.4) - 0.055. Linear 0.2140 is
+// the middle of the 8-bit scale's neighbour 127.5 (0.5 encoded), a figure quoted in most descriptions of
+// sRGB.
 TEST(Colour, TransferCurveIsTheStandards) {
   EXPECT_NEAR(EncodeSrgb(0.0031308), 0.04045, 1e-5);
   EXPECT_NEAR(EncodeSrgb(0.001), 0.01292, 1e-12);
@@ -68,15 +76,17 @@ TEST(Colour, BradfordMatchesThePublishedMatrix) {
 TEST(Colour, ReflectanceOneIsExactlyWhite) {
   for (const Illuminant illuminant : {Illuminant::kD65, Illuminant::kD50, Illuminant::kA}) {
     const ColourObserver observer(kSpectra, illuminant);
-    for (const auto& bands : {std::vector<double>{550}, std::vector<double>{450, 480, 510, 540, 560, 580, 610, 650},
-                              std::vector<double>{360, 900}}) {
+    for (const auto& bands :
+         {std::vector<double>{550}, std::vector<double>{450, 480, 510, 540, 560, 580, 610, 650},
+          std::vector<double>{360, 900}}) {
       const LinearRgb rgb = observer.LinearSrgbOf(bands, std::vector<double>(bands.size(), 1.0));
       for (const double c : rgb) EXPECT_NEAR(c, 1.0, 1e-9);
     }
   }
 }
 
-// A spectrum that is itself piecewise linear at the bands and constant beyond must give what dense sampling of it gives.
+// A spectrum that is itself piecewise linear at the bands and constant beyond must give what dense sampling
+// of it gives.
 TEST(Colour, InterpolatesLinearlyAndHoldsTheEnds) {
   const ColourObserver observer(kSpectra);
   const std::vector<double> bands{450, 520, 600.5, 650};
@@ -92,7 +102,8 @@ TEST(Colour, InterpolatesLinearlyAndHoldsTheEnds) {
     dense.push_back(value);
   }
   const Xyz few = observer.XyzOf(bands, values), many = observer.XyzOf(dense_nm, dense);
-  for (int i = 0; i < 3; ++i) EXPECT_NEAR(few[static_cast<std::size_t>(i)], many[static_cast<std::size_t>(i)], 1e-9);
+  for (int i = 0; i < 3; ++i)
+    EXPECT_NEAR(few[static_cast<std::size_t>(i)], many[static_cast<std::size_t>(i)], 1e-9);
 }
 
 // Everyday knowledge: 450 nm is blue, 540 nm green, 620 nm red; ultraviolet has no colour.
@@ -114,8 +125,9 @@ TEST(Colour, PictureIsPixelwiseAndMarksMissingBands) {
   planes[0](1, 0) = 0.05f;
   planes[1](0, 1) = NAN;
   const Plane<Rgb8> picture = observer.Picture(bands, planes);
-  EXPECT_EQ(picture(0, 0), (Rgb8{188, 188, 188}));  // IEC 61966-2-1: 255 (1.055 * 0.5^(1/2.4) - 0.055) = 187.5
-  EXPECT_LT(picture(1, 0)[2], picture(1, 0)[0]);    // less blue: yellowish
+  EXPECT_EQ(picture(0, 0),
+            (Rgb8{188, 188, 188}));               // IEC 61966-2-1: 255 (1.055 * 0.5^(1/2.4) - 0.055) = 187.5
+  EXPECT_LT(picture(1, 0)[2], picture(1, 0)[0]);  // less blue: yellowish
   EXPECT_EQ(picture(0, 1), kMissingColour);
   EXPECT_EQ(observer.Picture(bands, planes, 2.0)(0, 0), (Rgb8{255, 255, 255}));
 }

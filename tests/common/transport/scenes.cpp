@@ -29,6 +29,18 @@ const BandTables& TestTables(double wavelength_nm, const std::string& source) {
   return tables[key] = BuildBandTables(TestSource(source), wavelength_nm, TissueConfig{});
 }
 
+ImagingConditions Conditions(int size, Illumination illumination) {
+  ImagingConditions conditions;
+  conditions.pixel_size_mm = 7.5 / size;
+  conditions.illumination = illumination;
+  return conditions;
+}
+
+ForwardModel Model(std::span<const Band> bands, const ImagingConditions& conditions,
+                   const ForwardOptions& options, const std::string& source) {
+  return ForwardModel(TestChromophores(), TestSource(source), TissueConfig{}, bands, conditions, options);
+}
+
 ParameterMaps FreckledSkin(int size, std::uint32_t seed) {
   ParameterVector base = AverageSkin();
   base[static_cast<int>(Parameter::kC_m)] = 0.03;

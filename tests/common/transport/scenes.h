@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -15,6 +16,11 @@ const Chromophores& TestChromophores();
 const ProfileSource& TestSource(const std::string& name = "multipole");
 // Tables at one wavelength of average tissue, built once a test program.
 const BandTables& TestTables(double wavelength_nm, const std::string& source = "multipole");
+
+// A patch of 7.5 mm.
+ImagingConditions Conditions(int size, Illumination illumination);
+ForwardModel Model(std::span<const Band> bands, const ImagingConditions& conditions,
+                   const ForwardOptions& options = {}, const std::string& source = "multipole");
 
 // Light skin with soft-edged freckles and redder spots, at the scale of a 256 x 256 patch of 7.5 mm whatever
 // the size.

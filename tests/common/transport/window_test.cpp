@@ -68,7 +68,7 @@ TEST(Window, IsDarkerUnderBlackTape) {
 }
 
 // The default margin against one of 9 mm, in the lightest skin at 700 nm, where light goes furthest: 1 % is
-// what the two pixels beside the tape may be off. (Found: 0.3 % beside the edge, 0.6 % in the corner, both
+// what the two pixels beside the tape may be off. (Found: 0.4 % beside the edge, 0.9 % in the corner, both
 // too dark.)
 TEST(Window, DefaultMarginIsEnough) {
   const ParameterMaps maps(256, 256, {0.005, 0.62, 0.002, 0.0, 0.005});

@@ -8,7 +8,7 @@
 
 #include "common/files/picture.h"
 
-namespace dermap::testing {
+namespace dermap {
 namespace {
 
 constexpr double kNoise = 0.004;
@@ -16,7 +16,8 @@ constexpr double kNoise = 0.004;
 // Parameters at (u, v), both 0 to 1.
 ParameterVector SkinAt(double u, double v) {
   ParameterVector p{0.05, 0.62, 0.005, 0.01, 0.03};
-  for (const auto& [x, y, r] : {std::array{0.3, 0.28, 0.05}, std::array{0.62, 0.45, 0.08}, std::array{0.5, 0.8, 0.04}}) {
+  for (const auto& [x, y, r] :
+       {std::array{0.3, 0.28, 0.05}, std::array{0.62, 0.45, 0.08}, std::array{0.5, 0.8, 0.04}}) {
     p[0] += 0.12 * std::exp(-0.5 * ((u - x) * (u - x) + (v - y) * (v - y)) / (r * r));
   }
   const double vein = v - 0.2 - 0.5 * u;
@@ -104,8 +105,9 @@ SampleFit MakeSampleFit(int width, int height, int bands) {
   fit.flags = Plane<std::uint32_t>(width, height);
   fit.chi2_map = PlaneF(width, height, 1.0f);
   for (int y = 0; y < height / 8; ++y) {
-    for (int x = 0; x < width / 6; ++x) fit.flags(x, y) = kFlagAtBound | (y < height / 16 ? kFlagSaturated : 0);
+    for (int x = 0; x < width / 6; ++x) fit.flags(x, y) = kFlagAtBound;
   }
+  if (width > 20) fit.flags(0, 0) = kFlagSaturated;
   for (std::size_t i = 0; i < fit.chi2_map.size(); ++i) {
     fit.chi2_map.data()[i] += 0.3f * std::sin(static_cast<float>(i) * 0.7f);
   }
@@ -113,4 +115,4 @@ SampleFit MakeSampleFit(int width, int height, int bands) {
   return sample;
 }
 
-}  // namespace dermap::testing
+}  // namespace dermap

@@ -1,0 +1,66 @@
+// SPDX-License-Identifier: Apache-2.0
+// The order of frames, by hand.
+#include "acquire/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include "common/core/error.h"
+#include "tests/acquire/support.h"
+
+namespace dermap {
+namespace {
+
+PlanConfig TwoFilters() {
+  PlanConfig plan;
+  plan.exposures = {{1, 10.0, 100}, {2, 10.0, 100}};
+  return plan;
+}
+
+TEST(Schedule, OneBlackFrameForSettingsThatAreTheSame) {
+  const auto schedule = MakeSchedule(acquire_test::SmallRig(), TwoFilters());
+  ASSERT_EQ(schedule.size(), 5u);  // 1 black, 2 Spectralon, 2 skin
+  EXPECT_EQ(schedule[0].role, FrameRole::kBlack);
+  EXPECT_EQ(schedule[0].slot, 3);
+  EXPECT_EQ(schedule[0].wavelength_nm, 0.0);
+  EXPECT_EQ(schedule[4].number, 5);
+}
+
+TEST(Schedule, GoesThroughAllFiltersBeforeItRepeatsOne) {
+  PlanConfig plan = TwoFilters();
+  plan.skin_frames = 2;
+  plan.black_frames = 0;
+  const auto schedule = MakeSchedule(acquire_test::SmallRig(), plan);
+  ASSERT_EQ(schedule.size(), 6u);
+  EXPECT_EQ(schedule[2].wavelength_nm, 540.0);
+  EXPECT_EQ(schedule[3].wavelength_nm, 650.0);
+  EXPECT_EQ(schedule[4].wavelength_nm, 540.0);
+}
+
+TEST(Schedule, RefusesAPlanThatTheRigCannotTake) {
+  PlanConfig plan = TwoFilters();
+  plan.exposures[0].slot = 3;  // the opaque one
+  EXPECT_THROW(MakeSchedule(acquire_test::SmallRig(), plan), InputError);
+  RigConfig rig = acquire_test::SmallRig();
+  rig.slots.pop_back();
+  EXPECT_THROW(MakeSchedule(rig, TwoFilters()), InputError);
+}
+
+// The shipped plan fits the shipped rig: black frames for 100, 125, 160 and 250 ISO and two times eight
+// filters.
+TEST(Schedule, ShippedPlanFitsTheShippedRig) {
+  const RigConfig rig = ReadRig(ConfigDirectory() / "rigs/simulated_8band.toml");
+  const auto schedule = MakeSchedule(rig, ReadPlan(ConfigDirectory() / "plans/standard.toml"));
+  EXPECT_EQ(schedule.size(), 20u);
+}
+
+TEST(Schedule, FingerprintTellsPlansApart) {
+  const RigConfig rig = acquire_test::SmallRig();
+  PlanConfig plan = TwoFilters();
+  const std::string print = Fingerprint(rig, MakeSchedule(rig, plan));
+  EXPECT_EQ(print, Fingerprint(rig, MakeSchedule(rig, plan)));
+  plan.exposures[1].iso = 125;
+  EXPECT_NE(print, Fingerprint(rig, MakeSchedule(rig, plan)));
+}
+
+}  // namespace
+}  // namespace dermap

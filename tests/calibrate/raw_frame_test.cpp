@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: Apache-2.0
+// Decoding against the values that were written, and against OpenImageIO's decoder.
+#include "calibrate/raw_frame.h"
+
+#include <OpenImageIO/imageio.h>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <random>
+
+#include "acquire/simulated/dng_writer.h"
+#include "common/core/error.h"
+#include "common/files/atomic_file.h"
+
+namespace dermap {
+namespace {
+
+using ::testing::HasSubstr;
+
+class RawFrameFile : public ::testing::Test {
+ protected:
+  RawFrameFile() {
+    folder_ = std::filesystem::temp_directory_path() /
+              ("dermap_raw_" + std::string(::testing::UnitTest::GetInstance()->current_test_info()->name()));
+    std::filesystem::create_directories(folder_);
+  }
+  ~RawFrameFile() override { std::filesystem::remove_all(folder_); }
+
+  std::filesystem::path Write(const std::string& name, std::span<const std::byte> bytes) {
+    WriteFileAtomically(folder_ / name, bytes);
+    return folder_ / name;
+  }
+  std::filesystem::path folder_;
+};
+
+Plane<std::uint16_t> RandomBayer(int width, int height) {
+  Plane<std::uint16_t> bayer(width, height);
+  std::mt19937 random(1);
+  for (auto& v : bayer.values()) v = static_cast<std::uint16_t>(random() % 4096);
+  return bayer;
+}
+
+std::string ErrorOf(const std::filesystem::path& path) {
+  try {
+    ReadBayerFrame(path);
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "no error";
+}
+
+// The values written.
+TEST_F(RawFrameFile, GivesBackEveryPhotositeExactly) {
+  const auto bayer = RandomBayer(96, 64);
+  DngMetadata metadata;
+  metadata.exposure_ms = 12.5;
+  metadata.iso = 320;
+  const BayerFrame frame = ReadBayerFrame(Write("a.dng", EncodeDng(bayer, metadata)));
+  ASSERT_TRUE(frame.values.SameShape(bayer));
+  for (std::size_t i = 0; i < bayer.size(); ++i) ASSERT_EQ(frame.values.data()[i], bayer.data()[i]) << i;
+  EXPECT_EQ(frame.colours, (std::array<char, 4>{'R', 'G', 'G', 'B'}));
+  EXPECT_EQ(frame.black_level, metadata.black_level);
+  EXPECT_EQ(frame.white_level, kDngWhiteLevel);
+  EXPECT_NEAR(frame.exposure_ms, 12.5, 1e-3);
+  EXPECT_EQ(frame.iso, 320);
+}
+
+// OpenImageIO's raw reader without demosaicing: another path through the file, the same numbers.
+TEST_F(RawFrameFile, AgreesWithOpenImageIO) {
+  const auto path = Write("a.dng", EncodeDng(RandomBayer(96, 64), {}));
+  const BayerFrame frame = ReadBayerFrame(path);
+  OIIO::ImageSpec request;
+  request["raw:Demosaic"] = "none";
+  request["raw:user_flip"] = 0;
+  const auto input = OIIO::ImageInput::open(path.string(), &request);
+  ASSERT_TRUE(input);
+  ASSERT_EQ(input->spec().width, 96);
+  ASSERT_EQ(input->spec().height, 64);
+  std::vector<std::uint16_t> values(96 * 64);
+  ASSERT_TRUE(input->read_image(0, 0, 0, 1, OIIO::TypeDesc::UINT16, values.data()));
+  for (std::size_t i = 0; i < values.size(); ++i) ASSERT_EQ(values[i], frame.values.data()[i]) << i;
+}
+
+// By definition: a file cut anywhere is no frame.
+TEST_F(RawFrameFile, RefusesATruncatedFile) {
+  const auto bytes = EncodeDng(RandomBayer(96, 64), {});
+  for (const double share : {0.0, 0.001, 0.02, 0.3, 0.9, 0.999}) {
+    const auto length = static_cast<std::size_t>(share * static_cast<double>(bytes.size()));
+    const auto path = Write("cut.dng", std::span(bytes).first(length));
+    EXPECT_THAT(ErrorOf(path), HasSubstr("cut.dng")) << "cut to " << length << " of " << bytes.size() << " bytes";
+  }
+}
+
+// By definition: no other file passes as a frame, and the message names it.
+TEST_F(RawFrameFile, RefusesForeignFilesByName) {
+  const std::string text = "This is not a photograph, whatever its name says.\n";
+  EXPECT_THAT(ErrorOf(Write("note.dng", std::as_bytes(std::span(text)))), HasSubstr("note.dng"));
+  EXPECT_THAT(ErrorOf(folder_ / "missing.dng"), HasSubstr("no such file"));
+  std::filesystem::create_directories(folder_ / "folder.dng");
+  EXPECT_THAT(ErrorOf(folder_ / "folder.dng"), HasSubstr("folder.dng"));
+}
+
+// By definition: whatever bytes are flipped, there is a frame of bounded size or an InputError, nothing else.
+TEST_F(RawFrameFile, SurvivesDamagedHeaders) {
+  const auto bytes = EncodeDng(RandomBayer(96, 64), {});
+  std::mt19937 random(2);
+  int refused = 0;
+  for (int i = 0; i < 200; ++i) {
+    auto damaged = bytes;
+    for (int k = 0; k < 3; ++k) damaged[random() % 400] = static_cast<std::byte>(random() & 0xFF);
+    const auto path = Write("damaged.dng", damaged);
+    try {
+      const BayerFrame frame = ReadBayerFrame(path);
+      EXPECT_LE(frame.values.size(), 200'000'000u);
+    } catch (const InputError&) {
+      ++refused;
+    }
+  }
+  EXPECT_GT(refused, 20);
+}
+
+}  // namespace
+}  // namespace dermap

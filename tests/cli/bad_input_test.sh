@@ -1,0 +1,128 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Bad input to every command: one sentence that names the file, the documented exit code (docs/formats.md), nothing
+# half-written. Usage: bad_input_test.sh DERMAP MAKE_INPUTS ROOT
+set -uo pipefail
+dermap=$(realpath "$1")
+make_inputs=$(realpath "$2")
+root=$(realpath "$3")
+export DERMAP_CONFIG_DIR=$root/config
+work=$(mktemp -d "${TMPDIR:-/tmp}/dermap_cli.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+# shellcheck source=harness.sh
+. "$root/tests/cli/harness.sh"
+
+mkdir in
+"$make_inputs" in || exit 1
+printf '\x89PNG\r\n\x1a\n0000IHDR' >in/picture.exr
+echo 'wavelength,reflectance' >in/text.exr
+: >in/empty.exr
+echo file >in/file
+fast=(--method descent --max-iterations 1 --profiles multipole --size 16)
+
+# --- usage
+refuses 2 - 'unknown command' -- fitt
+refuses 2 - 'in/good.exr' -- fit in/good.exr in/good.exr -o out
+refuses 2 out '--help' -- fit in/good.exr -o out --no-such-flag
+refuses 2 out 'STACK' -- fit -o out
+refuses 2 out 'ceres|fast|descent' -- fit in/good.exr -o out --method ceres
+refuses 2 out 'nonsense' -- fit in/good.exr -o out --profiles nonsense
+
+# --- fit: stacks that are missing, foreign, damaged or of the wrong shape
+refuses 2 out 'in/none.exr|No such file' -- fit in/none.exr -o out
+refuses 2 out 'in|folder' -- fit in -o out
+refuses 2 out 'in/picture.exr|not an OpenEXR file' -- fit in/picture.exr -o out
+refuses 2 out 'in/text.exr|not an OpenEXR file' -- fit in/text.exr -o out
+refuses 2 out 'in/empty.exr' -- fit in/empty.exr -o out
+refuses 2 out 'in/truncated.exr|damaged or incomplete|remedy' -- fit in/truncated.exr -o out
+refuses 2 out 'in/maps.exr|no reflectance channel|C_m' -- fit in/maps.exr -o out
+refuses 2 out 'in/per_cent.exr|fraction' -- fit in/per_cent.exr -o out
+refuses 2 out 'in/all_nan.exr' -- fit in/all_nan.exr -o out
+refuses 2 out '--pixel-size-mm' -- fit in/no_pixel_size.exr -o out
+cp in/good.exr in/good.tif
+refuses 2 out 'in/good.tif|.exr' -- fit in/good.tif -o out
+head -c 100 in/good.img >in/short.img
+sed 's/^dermap sigma.*//' in/good.hdr >in/short.hdr
+refuses 2 out 'in/short.img has 100 bytes' -- fit in/short.hdr -o out
+
+# --- configuration
+printf '[tissue]\nepidermis_thicknes_mm = 0.2\n' >in/unknown_key.toml
+refuses 2 out 'in/unknown_key.toml line 2|epidermis_thickness_mm' -- fit in/good.exr -o out --config in/unknown_key.toml
+printf '[tissue]\nn_dermis = 5\n' >in/range.toml
+refuses 2 out 'in/range.toml|n_dermis' -- fit in/good.exr -o out --config in/range.toml
+printf '[tissue\n' >in/not.toml
+refuses 2 out 'in/not.toml line 1' -- fit in/good.exr -o out --config in/not.toml
+refuses 2 out 'in/none.toml' -- render in/maps.exr -o out.exr --config in/none.toml
+
+# --- what is odd but good is accepted: missing pixels, one band, a pixel size by hand
+accepts '0|1' -- fit in/some_nan.exr -o out_nan "${fast[@]}"
+accepts '0|1' -- fit in/one_band.exr -o out_band "${fast[@]}"
+accepts '0|1' -- fit in/no_pixel_size.exr -o out_size --pixel-size-mm 0.3 "${fast[@]}"
+for out in out_nan out_band out_size; do
+  for file in maps.exr sigma.exr predicted.exr residual.exr flags.exr fit.json; do
+    [ -s "$out/$file" ] || complain "fit made no $out/$file"
+  done
+done
+
+# --- render
+refuses 2 out.exr 'in/none.exr' -- render in/none.exr -o out.exr
+refuses 2 out.exr 'in/good.exr|C_m' -- render in/good.exr -o out.exr
+refuses 2 out.exr 'in/truncated.exr' -- render in/truncated.exr -o out.exr
+refuses 2 out.exr 'C_x' -- render in/maps.exr -o out.exr --edit 'C_x*=2'
+refuses 2 out.exr 'C_m' -- render in/maps.exr -o out.exr --edit 'C_m*=two'
+refuses 2 out.exr 'in/none.exr' -- render in/maps.exr -o out.exr --light in/none.exr
+refuses 2 out.exr '1200' -- render in/maps.exr -o out.exr --wavelengths-nm 500,1200
+refuses 2 out.tif '.exr' -- render in/maps.exr -o out.tif
+
+# --- capture: rig and plan
+rig=$root/config/rigs/simulated_8band.toml
+plan=$root/config/plans/standard.toml
+refuses 2 session 'in/none.toml' -- capture in/none.toml --rig "$rig" --out session
+refuses 2 session 'in/none.toml' -- capture "$plan" --rig in/none.toml --out session
+printf '[[exposure]]\nslot = 1\nexposure = 10\n' >in/plan_key.toml
+refuses 2 session 'in/plan_key.toml line 3|exposure_ms' -- capture in/plan_key.toml --rig "$rig" --out session
+printf '[[exposure]]\nslot = 12\n' >in/plan_slot.toml
+refuses 2 session 'slot 12' -- capture in/plan_slot.toml --rig "$rig" --out session
+printf '[wheel]\n[[wheel.slot]]\nslot = 1\nwavelength_nm = 1200\n' >in/rig_range.toml
+refuses 2 session 'in/rig_range.toml line 4|wavelength_nm' -- capture "$plan" --rig in/rig_range.toml --out session
+printf '[camera]\ndriver = "kodak"\n[wheel]\n[[wheel.slot]]\nslot = 1\nwavelength_nm = 600\n' >in/rig_driver.toml
+printf 'black_frames = 0\n[[exposure]]\nslot = 1\n' >in/plan_one.toml
+refuses 2 session 'kodak|simulated' -- capture in/plan_one.toml --rig in/rig_driver.toml --out session
+
+# --- calibrate: a small session, then the same one spoiled
+printf '[wheel]\n[[wheel.slot]]\nslot = 1\nwavelength_nm = 600\n[[wheel.slot]]\nslot = 9\nopaque = true\n' >in/rig.toml
+printf '[[exposure]]\nslot = 1\niso = 125\n' >in/plan.toml
+scene=$root/config/scenes/gray_50.toml
+accepts 0 -- capture in/plan.toml --rig in/rig.toml --out session --scene "$scene"
+refuses 2 - 'session|--resume' -- capture in/plan.toml --rig in/rig.toml --out session --scene "$scene"
+refuses 2 stack.exr 'none' -- calibrate none -o stack.exr
+refuses 2 stack.exr 'in/session.json' -- calibrate in -o stack.exr
+spoiled() {
+  rm -rf spoiled
+  cp -r session spoiled
+}
+skin=$(basename "$(ls session/frames/*_skin_* | head -1)")
+spoiled
+head -c 200 session/session.json >spoiled/session.json
+refuses 2 stack.exr 'spoiled/session.json|not valid JSON' -- calibrate spoiled -o stack.exr
+spoiled
+rm "spoiled/frames/$skin"
+refuses 2 stack.exr "$skin|No such file" -- calibrate spoiled -o stack.exr
+spoiled
+head -c 3000 "session/frames/$skin" >"spoiled/frames/$skin"
+refuses 2 stack.exr "$skin|SHA-256|remedy" -- calibrate spoiled -o stack.exr
+refuses 2 stack.exr "$skin" -- calibrate spoiled -o stack.exr --no-verify
+spoiled
+cp in/picture.exr "spoiled/frames/$skin"
+refuses 2 stack.exr "$skin" -- calibrate spoiled -o stack.exr --no-verify
+spoiled
+sed -i "s#frames/$skin#../$skin#" spoiled/session.json
+refuses 2 stack.exr 'inside the session folder' -- calibrate spoiled -o stack.exr
+
+# --- --json tells the same on stdout, as one object
+run fit in/none.exr -o out --json
+checks=$((checks + 1))
+grep -q '"exit_code": 2' .stdout && grep -q 'in/none.exr' .stdout || complain "fit --json: no error object on stdout"
+
+finish
