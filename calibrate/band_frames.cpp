@@ -13,22 +13,23 @@
 namespace dermap {
 namespace {
 
-constexpr double kDarkCard = 0.005;       // of full scale: no flash at all
-constexpr double kDarkAgainst = 0.2;      // of the Spectralon frame's card: the flash did not fire
-constexpr double kWeakFlash = 0.7;        // outside of this and its inverse the flash had not recycled
-constexpr double kUnevenCard = 0.03;      // of the card's ratio: something shades it, or it moved
+constexpr double kDarkCard = 0.005;        // of full scale: no flash at all
+constexpr double kDarkAgainst = 0.2;       // of the Spectralon frame's card: the flash did not fire
+constexpr double kWeakFlash = 0.7;         // outside of this and its inverse the flash had not recycled
+constexpr double kUnevenCard = 0.03;       // of the card's ratio: something shades it, or it moved
 constexpr double kWindowMargin_px = 14.0;  // around the window's corners
 constexpr int kPictureWidth = 480;
 
 double FullScale(const SessionContext& context, const SignalFrame& frame) {
-  return context.blacks.sensor().white_level - Median({frame.black->mean.values().begin(),
-                                                       frame.black->mean.values().end()});
+  return context.blacks.sensor().white_level -
+         Median({frame.black->mean.values().begin(), frame.black->mean.values().end()});
 }
 
 [[noreturn]] void FlashFailed(const SignalFrame& frame, const std::string& found) {
-  throw InputError(frame.record.file + ": the flash did not fire (" + found +
-                   "); expected a gray card as bright as in the other frames: wait for the flash to recycle, check its "
-                   "batteries and cable, and capture this frame again");
+  throw InputError(
+      frame.record.file + ": the flash did not fire (" + found +
+      "); expected a gray card as bright as in the other frames: wait for the flash to recycle, check its "
+      "batteries and cable, and capture this frame again");
 }
 
 void CheckFlash(const SessionContext& context, const SignalFrame& frame) {
@@ -58,13 +59,16 @@ double DriftScale(const SessionContext& context, const SignalFrame& skin, const 
                   BandCalibration& record) {
   const GrayCardRatio card = CompareGrayCard(skin, spectralon, context.gray_card);
   if (!(card.ratio > 0.0)) {
-    throw InputError(skin.record.file + ": the gray card is saturated or dark throughout; expected a card that can be "
-                     "read in this frame and in the Spectralon frame: lower the ISO for this filter and capture again");
+    throw InputError(
+        skin.record.file +
+        ": the gray card is saturated or dark throughout; expected a card that can be "
+        "read in this frame and in the Spectralon frame: lower the ISO for this filter and capture again");
   }
   const double iso = double(skin.record.iso) / spectralon.record.iso;
   const double drift = card.ratio / iso;
   if (drift < kDarkAgainst) {
-    FlashFailed(skin, "the gray card has " + Short(100 * drift) + " % of its brightness in the Spectralon frame");
+    FlashFailed(skin,
+                "the gray card has " + Short(100 * drift) + " % of its brightness in the Spectralon frame");
   }
   if (drift < kWeakFlash || drift > 1.0 / kWeakFlash) {
     record.notes.push_back(skin.record.file + ": the flash was at " + Short(100 * drift) +
@@ -72,14 +76,17 @@ double DriftScale(const SessionContext& context, const SignalFrame& skin, const 
   }
   if (card.unevenness > kUnevenCard) {
     record.notes.push_back(skin.record.file + ": the gray card's ratio to the Spectralon frame varies by " +
-                           Short(100 * card.unevenness) + " % over the card: something shades it, or it moved");
+                           Short(100 * card.unevenness) +
+                           " % over the card: something shades it, or it moved");
   }
   record.gray_card_drift.push_back(drift);
   return record.certified_reflectance / card.ratio;
 }
 
-void AddTransferPoints(const SignalFrame& skin, const SignalFrame& spectralon, const PixelRegion& card, BandFrames& out) {
-  const auto append = [](std::vector<PhotonTransferPoint>& to, const std::vector<PhotonTransferPoint>& points) {
+void AddTransferPoints(const SignalFrame& skin, const SignalFrame& spectralon, const PixelRegion& card,
+                       BandFrames& out) {
+  const auto append = [](std::vector<PhotonTransferPoint>& to,
+                         const std::vector<PhotonTransferPoint>& points) {
     to.insert(to.end(), points.begin(), points.end());
   };
   if (skin.record.iso == spectralon.record.iso) {
@@ -121,12 +128,14 @@ void TakePicture(const SignalFrame& skin, BandCalibration& record) {
   for (float& v : record.picture.values()) v = static_cast<float>(std::clamp(v / scale.high, 0.0, 1.0));
 }
 
-SkinMosaic MakeMosaic(const SignalFrame& skin, const SignalFrame& spectralon, int spectralon_frames, double scale) {
+SkinMosaic MakeMosaic(const SignalFrame& skin, const SignalFrame& spectralon, int spectralon_frames,
+                      double scale) {
   SkinMosaic out;
   out.mosaic.skin = skin.signal;
   out.mosaic.spectralon = spectralon.signal;
   out.mosaic.mask = skin.mask;
-  for (std::size_t i = 0; i < out.mosaic.mask.size(); ++i) out.mosaic.mask.data()[i] |= spectralon.mask.data()[i];
+  for (std::size_t i = 0; i < out.mosaic.mask.size(); ++i)
+    out.mosaic.mask.data()[i] |= spectralon.mask.data()[i];
   out.mosaic.scale = scale;
   out.skin_iso = skin.record.iso;
   out.spectralon_iso = spectralon.record.iso;
@@ -151,10 +160,12 @@ std::vector<Band> BandsOfSession(const Session& session) {
     if (!known) bands.push_back({record.wavelength_nm, record.fwhm_nm});
   }
   if (bands.empty()) {
-    throw InputError(session.directory.string() + ": the session has no skin frame; expected at least one a filter: "
+    throw InputError(session.directory.string() +
+                     ": the session has no skin frame; expected at least one a filter: "
                      "resume the capture");
   }
-  std::sort(bands.begin(), bands.end(), [](const Band& a, const Band& b) { return a.wavelength_nm < b.wavelength_nm; });
+  std::sort(bands.begin(), bands.end(),
+            [](const Band& a, const Band& b) { return a.wavelength_nm < b.wavelength_nm; });
   return bands;
 }
 
@@ -166,7 +177,8 @@ BandFrames PrepareBand(const SessionContext& context, const Band& band, double c
   const auto whites = ReadRole(context, FrameRole::kSpectralon, band.wavelength_nm);
   if (whites.empty()) {
     throw InputError(context.session.directory.string() + ": there is no Spectralon frame for " +
-                     Short(band.wavelength_nm) + " nm, but a skin frame; every filter needs both: resume the capture");
+                     Short(band.wavelength_nm) +
+                     " nm, but a skin frame; every filter needs both: resume the capture");
   }
   const SignalFrame spectralon = MeanSpectralon(whites, context.gray_card);
   for (const SignalFrame& white : whites) record.spectralon_files.push_back(white.record.file);
@@ -182,10 +194,11 @@ BandFrames PrepareBand(const SessionContext& context, const Band& band, double c
     record.windows.push_back(window);
     double left = 1e30, top = 1e30, right = -1e30, bottom = -1e30;
     for (const Point& p : window.corners) {
-      left = std::min(left, p.x), right = std::max(right, p.x), top = std::min(top, p.y), bottom = std::max(bottom, p.y);
+      left = std::min(left, p.x), right = std::max(right, p.x), top = std::min(top, p.y),
+      bottom = std::max(bottom, p.y);
     }
-    whole.mosaic = Crop(whole.mosaic, left - kWindowMargin_px, top - kWindowMargin_px, right + kWindowMargin_px,
-                        bottom + kWindowMargin_px);
+    whole.mosaic = Crop(whole.mosaic, left - kWindowMargin_px, top - kWindowMargin_px,
+                        right + kWindowMargin_px, bottom + kWindowMargin_px);
     CountMasked(whole.mosaic, window, record);
     out.skins.push_back(std::move(whole));
   }

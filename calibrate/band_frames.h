@@ -32,9 +32,9 @@ struct SkinMosaic {
 
 struct BandFrames {
   BandCalibration record;
-  std::vector<SkinMosaic> skins;              // one a skin frame; record.windows in the same order
-  std::vector<PhotonTransferPoint> pairs;     // from skin and Spectralon frames of one ISO
-  std::vector<PhotonTransferPoint> singles;   // from frames without a partner of their ISO
+  std::vector<SkinMosaic> skins;             // one a skin frame; record.windows in the same order
+  std::vector<PhotonTransferPoint> pairs;    // from skin and Spectralon frames of one ISO
+  std::vector<PhotonTransferPoint> singles;  // from frames without a partner of their ISO
 };
 
 // The bands of which there are skin frames, ascending. Throws InputError where there are none.

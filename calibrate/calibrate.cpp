@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Order of the stage: black frames, then every band by itself, then noise, resampling and alignment of all together.
+// Order of the stage: black frames, then every band by itself, then noise, resampling and alignment of all
+// together.
 #include "calibrate/calibrate.h"
 
 #include <algorithm>
@@ -17,7 +18,8 @@
 namespace dermap {
 namespace {
 
-constexpr double kWindowSizes = 0.04;  // deviation of a window's size from the bands' median: not the same window
+constexpr double kWindowSizes =
+    0.04;  // deviation of a window's size from the bands' median: not the same window
 constexpr double kSaturatedNote = 0.001;
 constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
@@ -49,12 +51,14 @@ std::map<int, NoiseModel> NoiseOfSession(const BlackFrames& blacks, const std::v
   std::map<int, NoiseModel> models = FitNoise(pairs);
   for (const auto& [iso, model] : FitNoise(singles)) {
     if (!models.emplace(iso, model).second) continue;
-    notes.push_back("noise at ISO " + std::to_string(iso) +
-                    " was estimated from single frames, the gray card's texture counted in: sigma is an upper bound");
+    notes.push_back(
+        "noise at ISO " + std::to_string(iso) +
+        " was estimated from single frames, the gray card's texture counted in: sigma is an upper bound");
   }
   if (models.empty()) {
-    throw InputError("the gray card has too few usable photosites to tell the noise; expected a card that is lit and not "
-                     "saturated: check gray_card_region in the rig's file");
+    throw InputError(
+        "the gray card has too few usable photosites to tell the noise; expected a card that is lit and not "
+        "saturated: check gray_card_region in the rig's file");
   }
   return models;
 }
@@ -62,14 +66,21 @@ std::map<int, NoiseModel> NoiseOfSession(const BlackFrames& blacks, const std::v
 const NoiseModel& ModelOf(const std::map<int, NoiseModel>& models, int iso) {
   const auto found = models.find(iso);
   if (found != models.end()) return found->second;
-  return std::min_element(models.begin(), models.end(), [&](const auto& a, const auto& b) {
-           return std::abs(std::log(double(a.first) / iso)) < std::abs(std::log(double(b.first) / iso));
-         })->second;
+  return std::min_element(models.begin(), models.end(),
+                          [&](const auto& a, const auto& b) {
+                            return std::abs(std::log(double(a.first) / iso)) <
+                                   std::abs(std::log(double(b.first) / iso));
+                          })
+      ->second;
 }
 
 MosaicNoise NoiseOf(const SkinMosaic& skin, const std::map<int, NoiseModel>& models) {
-  return {ModelOf(models, skin.skin_iso), ModelOf(models, skin.spectralon_iso), skin.spectralon_frames,
-          skin.shared_black, skin.skin_black, skin.spectralon_black};
+  return {ModelOf(models, skin.skin_iso),
+          ModelOf(models, skin.spectralon_iso),
+          skin.spectralon_frames,
+          skin.shared_black,
+          skin.skin_black,
+          skin.spectralon_black};
 }
 
 struct PatchBand {
@@ -82,7 +93,8 @@ PatchBand ResampleBand(const BandFrames& band, const std::map<int, NoiseModel>& 
   const BandAlignment& a = band.record.alignment;
   const Homography motion = UnitMotion(a.dx_px / patch_px, a.dy_px / patch_px, a.angle_rad);
   PatchBand sum{PlaneF(patch_px, patch_px), PlaneF(patch_px, patch_px)};
-  PlaneF skin_variance(patch_px, patch_px), spectralon_variance(patch_px, patch_px), count(patch_px, patch_px);
+  PlaneF skin_variance(patch_px, patch_px), spectralon_variance(patch_px, patch_px),
+      count(patch_px, patch_px);
   for (std::size_t k = 0; k < band.skins.size(); ++k) {
     const Homography camera_from_unit = band.record.windows[k].camera_from_unit.After(motion);
     const ResampledPatch patch =
@@ -99,7 +111,8 @@ PatchBand ResampleBand(const BandFrames& band, const std::map<int, NoiseModel>& 
     const float n = count.data()[i];
     sum.reflectance.data()[i] = n > 0.0f ? sum.reflectance.data()[i] / n : kMissing;
     sum.sigma.data()[i] =
-        n > 0.0f ? std::sqrt(skin_variance.data()[i] / (n * n) + spectralon_variance.data()[i] / n) : kMissing;
+        n > 0.0f ? std::sqrt(skin_variance.data()[i] / (n * n) + spectralon_variance.data()[i] / n)
+                 : kMissing;
   }
   return sum;
 }
@@ -107,7 +120,8 @@ PatchBand ResampleBand(const BandFrames& band, const std::map<int, NoiseModel>& 
 // A window of another size than the other bands' is another thing: that band is left out, by name.
 void DropStrangeWindows(std::vector<BandFrames>& bands) {
   std::vector<float> sizes;
-  for (const BandFrames& band : bands) sizes.push_back(static_cast<float>(band.record.windows[0].largest_side_px));
+  for (const BandFrames& band : bands)
+    sizes.push_back(static_cast<float>(band.record.windows[0].largest_side_px));
   const double usual = Median(sizes);
   for (BandFrames& band : bands) {
     for (const Window& window : band.record.windows) {
@@ -119,7 +133,8 @@ void DropStrangeWindows(std::vector<BandFrames>& bands) {
   }
 }
 
-void Align(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, const CalibrationOptions& options) {
+void Align(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches,
+           const CalibrationOptions& options) {
   std::vector<std::size_t> kept;
   std::vector<PlaneF> reflectance;
   std::vector<PlaneF> sigma;
@@ -133,7 +148,8 @@ void Align(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, cons
   for (std::size_t k = 0; k < kept.size(); ++k) {
     BandCalibration& record = bands[kept[k]].record;
     record.alignment = found[k];
-    if (!found[k].note.empty()) record.notes.push_back((found[k].clearly_off ? "left out: " : "") + found[k].note);
+    if (!found[k].note.empty())
+      record.notes.push_back((found[k].clearly_off ? "left out: " : "") + found[k].note);
     record.dropped = found[k].clearly_off;
   }
 }
@@ -187,7 +203,8 @@ void Assemble(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, c
     stack.sigma.push_back(std::move(patches[i].sigma));
   }
   if (stack.bands.empty()) {
-    throw InputError(session.directory.string() + ": no band is left after alignment; expected windows of one size that "
+    throw InputError(session.directory.string() +
+                     ": no band is left after alignment; expected windows of one size that "
                      "show one patch of skin: capture the session again");
   }
   stack.valid = ValidPixels(stack.reflectance, options.edge_mask_px);
@@ -216,21 +233,24 @@ void Assemble(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, c
   stack.noise_correlation_y = lags(result.correlation.along_y);
 }
 
-void NoteMissingBands(const Session& session, const std::vector<Band>& bands, std::vector<std::string>& notes) {
-  if (!session.complete) notes.push_back("the session is not complete: some planned frames were never captured");
+void NoteMissingBands(const Session& session, const std::vector<Band>& bands,
+                      std::vector<std::string>& notes) {
+  if (!session.complete)
+    notes.push_back("the session is not complete: some planned frames were never captured");
   for (const WheelSlot& slot : session.rig.slots) {
     const bool planned = std::any_of(session.plan.exposures.begin(), session.plan.exposures.end(),
                                      [&](const auto& e) { return e.slot == slot.slot; });
     const bool there = std::any_of(bands.begin(), bands.end(),
                                    [&](const Band& b) { return b.wavelength_nm == slot.wavelength_nm; });
-    if (planned && !slot.opaque && !there) notes.push_back("no skin frame at " + Short(slot.wavelength_nm) + " nm");
+    if (planned && !slot.opaque && !there)
+      notes.push_back("no skin frame at " + Short(slot.wavelength_nm) + " nm");
   }
 }
 
 }  // namespace
 
-CalibrationResult CalibrateFrames(const Session& session, const FrameReader& read, const CalibrationOptions& options,
-                                  const ProgressFunction& progress) {
+CalibrationResult CalibrateFrames(const Session& session, const FrameReader& read,
+                                  const CalibrationOptions& options, const ProgressFunction& progress) {
   CalibrationResult result;
   result.session = session.directory.filename().string();
   result.edge_mask_px = options.edge_mask_px;
@@ -261,7 +281,8 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
   });
   if (options.align) Align(frames, patches, options);
   ParallelFor(count, [&](int i) {  // from the photosites again, so that nothing is interpolated twice
-    if (frames[i].record.alignment.applied) patches[i] = ResampleBand(frames[i], result.noise, options.patch_px);
+    if (frames[i].record.alignment.applied)
+      patches[i] = ResampleBand(frames[i], result.noise, options.patch_px);
     steps.Done();
   });
   Assemble(frames, patches, session, options, result);
@@ -271,7 +292,9 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
 CalibrationResult CalibrateSession(const Session& session, const CalibrationOptions& options,
                                    const ProgressFunction& progress) {
   if (options.verify_hashes) VerifyFrames(session);
-  const FrameReader read = [&](const FrameRecord& record) { return ReadBayerFrame(session.directory / record.file); };
+  const FrameReader read = [&](const FrameRecord& record) {
+    return ReadBayerFrame(session.directory / record.file);
+  };
   return CalibrateFrames(session, read, options, progress);
 }
 

@@ -18,13 +18,14 @@
 namespace dermap {
 
 struct CalibrationOptions {
-  int patch_px = 256;            // [D08 7.2]
-  double edge_mask_px = 3.0;     // patch pixels along the border that are not valid: blurred with the tape (see README)
-  bool align = true;             // by what the bands share inside the window
+  int patch_px = 256;  // [D08 7.2]
+  double edge_mask_px =
+      3.0;            // patch pixels along the border that are not valid: blurred with the tape (see README)
+  bool align = true;  // by what the bands share inside the window
   AlignmentOptions alignment;
-  bool verify_hashes = true;     // every frame against its SHA-256 before anything else
-  // What the certificate's value is multiplied by: Spectralon behind crossed polarizers returns another share than its
-  // certificate says, by up to 5 % [D08 6.4]. Measured for a rig, or 1.
+  bool verify_hashes = true;  // every frame against its SHA-256 before anything else
+  // What the certificate's value is multiplied by: Spectralon behind crossed polarizers returns another share
+  // than its certificate says, by up to 5 % [D08 6.4]. Measured for a rig, or 1.
   double spectralon_factor = 1.0;
 };
 
@@ -33,8 +34,9 @@ struct BandCalibration {
   std::vector<std::string> skin_files;
   std::vector<std::string> spectralon_files;
   double certified_reflectance = 0.0;
-  std::vector<double> gray_card_drift;  // flash of each skin frame over that of the Spectralon frame, ISO taken out
-  std::vector<Window> windows;          // one a skin frame
+  std::vector<double>
+      gray_card_drift;          // flash of each skin frame over that of the Spectralon frame, ISO taken out
+  std::vector<Window> windows;  // one a skin frame
   BandAlignment alignment;
   double median_reflectance = 0.0;
   double median_noise = 0.0;     // sigma, reflectance
@@ -52,18 +54,18 @@ struct CalibrationResult {
   ReflectanceStack stack;              // without the dropped bands
   std::vector<BandCalibration> bands;  // ascending wavelength, the dropped ones too
   std::map<int, NoiseModel> noise;     // by ISO
-  NoiseCorrelation correlation;  // mean of the bands in the stack
+  NoiseCorrelation correlation;        // mean of the bands in the stack
   double hot_share = 0.0;
   double edge_mask_px = 0.0;
   std::vector<std::string> notes;
 };
 
-// Throws InputError naming the frame or band: no black or Spectralon frames, a damaged frame, a flash that did not fire, no
-// window or two, fewer than one band left.
+// Throws InputError naming the frame or band: no black or Spectralon frames, a damaged frame, a flash that
+// did not fire, no window or two, fewer than one band left.
 CalibrationResult CalibrateSession(const Session& session, const CalibrationOptions& options,
                                    const ProgressFunction& progress = {});
 // The same with frames from elsewhere than the session's folder. `read` is called from several threads.
-CalibrationResult CalibrateFrames(const Session& session, const FrameReader& read, const CalibrationOptions& options,
-                                  const ProgressFunction& progress = {});
+CalibrationResult CalibrateFrames(const Session& session, const FrameReader& read,
+                                  const CalibrationOptions& options, const ProgressFunction& progress = {});
 
 }  // namespace dermap

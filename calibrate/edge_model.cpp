@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Gauss-Newton on the blurred-edge model, photosites weighted by their light and, robustly, by their residuals.
+// Gauss-Newton on the blurred-edge model, photosites weighted by their light and, robustly, by their
+// residuals.
 #include "calibrate/edge_model.h"
 
 #include <Eigen/Dense>
@@ -12,15 +13,15 @@
 namespace dermap {
 namespace {
 
-constexpr double kReach_px = 7.0;       // to either side
-constexpr double kSegment_px = 24.0;    // along, with levels of its own
+constexpr double kReach_px = 7.0;     // to either side
+constexpr double kSegment_px = 24.0;  // along, with levels of its own
 constexpr double kFirstBlur_px = 0.7;
-constexpr double kLeastBlur_px = 0.3;   // a photosite's area alone: 1 / sqrt(12)
+constexpr double kLeastBlur_px = 0.3;  // a photosite's area alone: 1 / sqrt(12)
 constexpr double kMostBlur_px = 3.0;
 constexpr int kIterations = 8;
-constexpr double kHuber = 2.5;          // robust sigmas
-constexpr double kReadNoiseDn = 20.0;   // signal at which shot noise equals read noise, about
-constexpr double kFarthest_px = 2.5;    // shift from where the edge was thought to be
+constexpr double kHuber = 2.5;         // robust sigmas
+constexpr double kReadNoiseDn = 20.0;  // signal at which shot noise equals read noise, about
+constexpr double kFarthest_px = 2.5;   // shift from where the edge was thought to be
 constexpr double kPi = 3.14159265358979323846;
 
 constexpr int kShared = 3;      // shift at from and to, blur
@@ -31,7 +32,7 @@ struct Sample {
   double value;  // reflectance
   double weight;
   int segment;
-  double u;      // along within the segment, -1 ... 1
+  double u;  // along within the segment, -1 ... 1
 };
 
 std::vector<Sample> Collect(const Mosaic& mosaic, const Edge& edge, int segments) {
@@ -40,8 +41,12 @@ std::vector<Sample> Collect(const Mosaic& mosaic, const Edge& edge, int segments
   const double last = (1.0 - kCornerShare) * edge.length();
   const Point along = edge.along();
   const Point inwards = edge.inwards();
-  const auto low = [](double a, double b) { return static_cast<int>(std::floor(std::min(a, b) - kReach_px)); };
-  const auto high = [](double a, double b) { return static_cast<int>(std::ceil(std::max(a, b) + kReach_px)); };
+  const auto low = [](double a, double b) {
+    return static_cast<int>(std::floor(std::min(a, b) - kReach_px));
+  };
+  const auto high = [](double a, double b) {
+    return static_cast<int>(std::ceil(std::max(a, b) + kReach_px));
+  };
   const int x0 = std::max(0, low(edge.from.x, edge.to.x) - mosaic.x0);
   const int x1 = std::min(mosaic.width(), high(edge.from.x, edge.to.x) - mosaic.x0);
   const int y0 = std::max(0, low(edge.from.y, edge.to.y) - mosaic.y0);
@@ -53,14 +58,16 @@ std::vector<Sample> Collect(const Mosaic& mosaic, const Edge& edge, int segments
       const double t = dx * along.x + dy * along.y;
       const double s = dx * inwards.x + dy * inwards.y;
       const double white = mosaic.spectralon(x, y);
-      if (std::abs(s) > kReach_px || t < first || t >= last || mosaic.mask(x, y) != 0 || white <= kReadNoiseDn / 4) {
+      if (std::abs(s) > kReach_px || t < first || t >= last || mosaic.mask(x, y) != 0 ||
+          white <= kReadNoiseDn / 4) {
         continue;
       }
       const double place = (t - first) / (last - first) * segments;
       const int segment = std::min(segments - 1, static_cast<int>(place));
       // Shot noise: variance of skin / white goes as 1 / white, beneath the read noise as 1 / white^2.
       const double weight = white * white / (white + kReadNoiseDn);
-      samples.push_back({s, t, mosaic.scale * mosaic.skin(x, y) / white, weight, segment, 2 * (place - segment) - 1});
+      samples.push_back(
+          {s, t, mosaic.scale * mosaic.skin(x, y) / white, weight, segment, 2 * (place - segment) - 1});
     }
   }
   return samples;
@@ -72,7 +79,8 @@ struct Model {
 };
 
 // Value of the model and its derivatives by the shared parameters and by the sample's segment's.
-double Evaluate(const Model& m, const Sample& p, double length, std::array<double, kShared + kPerSegment>& gradient) {
+double Evaluate(const Model& m, const Sample& p, double length,
+                std::array<double, kShared + kPerSegment>& gradient) {
   const auto& [outside, inside, across, along] = m.levels[static_cast<std::size_t>(p.segment)];
   const double share = p.t / length;
   const double d = p.s - (m.from * (1 - share) + m.to * share);
@@ -81,7 +89,13 @@ double Evaluate(const Model& m, const Sample& p, double length, std::array<doubl
   const double bell = std::exp(-0.5 * z * z) / std::sqrt(2.0 * kPi) / m.blur;
   const double lit = inside + across * d + along * p.u;
   const double by_distance = across * e + (lit - outside) * bell;
-  gradient = {-by_distance * (1 - share), -by_distance * share, -(lit - outside) * bell * z, 1.0 - e, e, d * e, p.u * e};
+  gradient = {-by_distance * (1 - share),
+              -by_distance * share,
+              -(lit - outside) * bell * z,
+              1.0 - e,
+              e,
+              d * e,
+              p.u * e};
   return outside * (1.0 - e) + lit * e;
 }
 
@@ -139,9 +153,15 @@ double Step(const std::vector<Sample>& samples, double length, Model& model, Eig
 
 }  // namespace
 
-double Edge::length() const { return std::hypot(to.x - from.x, to.y - from.y); }
-Point Edge::along() const { return {(to.x - from.x) / length(), (to.y - from.y) / length()}; }
-Point Edge::inwards() const { return {-along().y, along().x}; }
+double Edge::length() const {
+  return std::hypot(to.x - from.x, to.y - from.y);
+}
+Point Edge::along() const {
+  return {(to.x - from.x) / length(), (to.y - from.y) / length()};
+}
+Point Edge::inwards() const {
+  return {-along().y, along().x};
+}
 Point Edge::At(double t, double s) const {
   const Point a = along();
   return {from.x + t * a.x - s * a.y, from.y + t * a.y + s * a.x};

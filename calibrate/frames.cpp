@@ -14,23 +14,28 @@
 namespace dermap {
 namespace {
 
-constexpr double kSaturationMarginDn = 4.0;   // below white: the last steps of a converter are not linear
-constexpr double kHotSigmas = 8.0;            // of the robust scatter among photosites of one colour
-constexpr double kSmallestScatterDn = 0.75;   // where rounding hides the scatter
-constexpr double kDeadDeviation = 0.3;        // share of what the neighbours answer
+constexpr double kSaturationMarginDn = 4.0;  // below white: the last steps of a converter are not linear
+constexpr double kHotSigmas = 8.0;           // of the robust scatter among photosites of one colour
+constexpr double kSmallestScatterDn = 0.75;  // where rounding hides the scatter
+constexpr double kDeadDeviation = 0.3;       // share of what the neighbours answer
 constexpr double kDeadSigmas = 8.0;
 
-std::string Shape(int width, int height) { return std::to_string(width) + "x" + std::to_string(height); }
+std::string Shape(int width, int height) {
+  return std::to_string(width) + "x" + std::to_string(height);
+}
 
 void CheckSensor(const FrameRecord& record, const BayerFrame& frame, const SensorFormat& sensor) {
   if (!frame.values.SameShape(sensor.width, sensor.height)) {
-    throw InputError(record.file + ": " + Shape(frame.values.width(), frame.values.height()) +
-                     " photosites, but the session's first black frame has " + Shape(sensor.width, sensor.height) +
-                     "; all frames of a session must come from one camera at one size: capture this frame again");
+    throw InputError(
+        record.file + ": " + Shape(frame.values.width(), frame.values.height()) +
+        " photosites, but the session's first black frame has " + Shape(sensor.width, sensor.height) +
+        "; all frames of a session must come from one camera at one size: capture this frame again");
   }
   if (frame.colours != sensor.colours || frame.white_level != sensor.white_level) {
-    throw InputError(record.file + ": another filter pattern or white level than the session's first black frame; all "
-                     "frames of a session must come from one camera at one setting: capture this frame again");
+    throw InputError(
+        record.file +
+        ": another filter pattern or white level than the session's first black frame; all "
+        "frames of a session must come from one camera at one setting: capture this frame again");
   }
 }
 
@@ -45,7 +50,8 @@ PlaneF Lattice(const PlaneF& plane, int lattice) {
   return out;
 }
 
-// The photosites of the same colour around a saturated one are clipped now and then: their means would be too low.
+// The photosites of the same colour around a saturated one are clipped now and then: their means would be too
+// low.
 void MarkSaturated(const BayerFrame& frame, SignalFrame& out) {
   const double limit = frame.white_level - kSaturationMarginDn;
   const int width = frame.values.width();
@@ -74,7 +80,8 @@ BlackFrames::BlackFrames(const Session& session, const FrameReader& read) {
     if (record.role == FrameRole::kBlack) Add(record, read(record));
   }
   if (levels_.empty()) {
-    throw InputError(session.directory.string() + ": the session has no black frame; at least one through the wheel's "
+    throw InputError(session.directory.string() +
+                     ": the session has no black frame; at least one through the wheel's "
                      "opaque slot is needed: capture it with the same plan");
   }
   FindHotPhotosites();
@@ -88,7 +95,8 @@ void BlackFrames::Add(const FrameRecord& record, const BayerFrame& frame) {
   }
   CheckSensor(record, frame, sensor_);
   std::size_t i = 0;
-  while (i < levels_.size() && (levels_[i].exposure_ms != record.exposure_ms || levels_[i].iso != record.iso)) ++i;
+  while (i < levels_.size() && (levels_[i].exposure_ms != record.exposure_ms || levels_[i].iso != record.iso))
+    ++i;
   if (i == levels_.size()) {
     levels_.push_back({record.exposure_ms, record.iso, 0, PlaneF(sensor_.width, sensor_.height), 0.0});
     squares_.emplace_back(sensor_.width, sensor_.height);
@@ -161,11 +169,12 @@ SignalFrame ReadSignal(const FrameRecord& record, const FrameReader& read, const
   const BayerFrame frame = read(record);
   CheckSensor(record, frame, blacks.sensor());
   const BlackFrames::Match match = blacks.Find(record.exposure_ms, record.iso);
-  SignalFrame out{record, match.level, PlaneF(frame.values.width(), frame.values.height()), blacks.hot(), 0.0, {}};
+  SignalFrame out{record,       match.level, PlaneF(frame.values.width(), frame.values.height()),
+                  blacks.hot(), 0.0,         {}};
   if (!match.note.empty()) out.notes.push_back(match.note);
   if (frame.iso > 0 && record.iso > 0 && frame.iso != record.iso) {
-    out.notes.push_back(record.file + " itself says ISO " + std::to_string(frame.iso) + ", the session says ISO " +
-                        std::to_string(record.iso));
+    out.notes.push_back(record.file + " itself says ISO " + std::to_string(frame.iso) +
+                        ", the session says ISO " + std::to_string(record.iso));
   }
   for (std::size_t i = 0; i < frame.values.size(); ++i) {
     out.signal.data()[i] = static_cast<float>(frame.values.data()[i]) - match.level->mean.data()[i];

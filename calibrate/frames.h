@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Frames of one session as signals above black, in DN: black subtraction, and the photosites that must not be used.
+// Frames of one session as signals above black, in DN: black subtraction, and the photosites that must not be
+// used.
 #pragma once
 
 #include <array>
@@ -83,7 +84,8 @@ struct SignalFrame {
 // Reads, checks against the sensor and subtracts black. Throws InputError naming the frame.
 SignalFrame ReadSignal(const FrameRecord& record, const FrameReader& read, const BlackFrames& blacks);
 
-// Adds kPhotositeDead to `mask` wherever a frame of an even target answers unlike the photosites of its kind around.
+// Adds kPhotositeDead to `mask` wherever a frame of an even target answers unlike the photosites of its kind
+// around.
 void MarkDead(const PlaneF& spectralon, MaskPlane& mask);
 
 }  // namespace dermap

@@ -26,7 +26,9 @@ struct Sums {
   }
 };
 
-int Even(double value) { return 2 * static_cast<int>(std::lround(value / 2.0)); }
+int Even(double value) {
+  return 2 * static_cast<int>(std::lround(value / 2.0));
+}
 
 }  // namespace
 
@@ -36,10 +38,12 @@ PixelRegion GrayCardRegion(const RigConfig& rig, int frame_width, int frame_heig
                            Even(share[2] * frame_width), Even(share[3] * frame_height)};
   if (region.x < 0 || region.y < 0 || region.x + region.width > frame_width ||
       region.y + region.height > frame_height || std::min(region.width, region.height) < kSmallestSide) {
-    throw InputError("gray_card_region of rig '" + rig.name + "' is [" + Short(share[0]) + ", " + Short(share[1]) + ", " +
-                     Short(share[2]) + ", " + Short(share[3]) + "]; expected x, y, width, height as shares of the frame (" +
-                     std::to_string(frame_width) + "x" + std::to_string(frame_height) + "), within it and at least " +
-                     std::to_string(kSmallestSide) + " photosites wide and high: correct it in the rig's file");
+    throw InputError("gray_card_region of rig '" + rig.name + "' is [" + Short(share[0]) + ", " +
+                     Short(share[1]) + ", " + Short(share[2]) + ", " + Short(share[3]) +
+                     "]; expected x, y, width, height as shares of the frame (" +
+                     std::to_string(frame_width) + "x" + std::to_string(frame_height) +
+                     "), within it and at least " + std::to_string(kSmallestSide) +
+                     " photosites wide and high: correct it in the rig's file");
   }
   return region;
 }

@@ -15,21 +15,22 @@ struct PixelRegion {  // photosites; even corners and sizes
   int height = 0;
 };
 
-// The rig's gray_card_region (shares of the frame) in photosites. Throws InputError where it leaves the frame or is
-// too small to be read.
+// The rig's gray_card_region (shares of the frame) in photosites. Throws InputError where it leaves the frame
+// or is too small to be read.
 PixelRegion GrayCardRegion(const RigConfig& rig, int frame_width, int frame_height);
 
 // Mean signal of the strongest colour in the region over usable photosites, DN.
 double GrayCardSignal(const SignalFrame& frame, const PixelRegion& card);
 
 struct GrayCardRatio {
-  double ratio = 0.0;       // of the sums over photosites that are usable in both
-  double unevenness = 0.0;  // largest deviation of a sixteenth of the card from the whole: a shadow, or a moved card
+  double ratio = 0.0;  // of the sums over photosites that are usable in both
+  double unevenness =
+      0.0;  // largest deviation of a sixteenth of the card from the whole: a shadow, or a moved card
   std::array<double, kLatticeCount> mean_a{};
   std::array<double, kLatticeCount> mean_b{};
 };
-// How much brighter the card is in `a` than in `b`. The same card at the same place: reflectance, light falloff and
-// vignetting divide out. ratio is NaN where nothing is usable.
+// How much brighter the card is in `a` than in `b`. The same card at the same place: reflectance, light
+// falloff and vignetting divide out. ratio is NaN where nothing is usable.
 GrayCardRatio CompareGrayCard(const SignalFrame& a, const SignalFrame& b, const PixelRegion& card);
 
 }  // namespace dermap

@@ -36,9 +36,11 @@ Homography Homography::Inverse() const {
 Homography CameraFromUnit(const std::array<Point, 4>& corners) {
   const std::array<cv::Point2f, 4> unit{cv::Point2f(0, 0), {1, 0}, {1, 1}, {0, 1}};
   std::array<cv::Point2f, 4> camera;
-  // Single precision goes in: relative to the first corner it is good to 1e-4 photosites at any sensor's size.
+  // Single precision goes in: relative to the first corner it is good to 1e-4 photosites at any sensor's
+  // size.
   for (int i = 0; i < 4; ++i) {
-    camera[i] = {static_cast<float>(corners[i].x - corners[0].x), static_cast<float>(corners[i].y - corners[0].y)};
+    camera[i] = {static_cast<float>(corners[i].x - corners[0].x),
+                 static_cast<float>(corners[i].y - corners[0].y)};
   }
   const cv::Matx33d solved = cv::getPerspectiveTransform(unit.data(), camera.data());
   Homography out;

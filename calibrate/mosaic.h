@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// A skin frame beside the Spectralon frame of its filter, photosite by photosite: each photosite divided by itself
-// measures reflectance, whatever its colour, since light through a narrow filter has nearly one colour. So nothing is
-// demosaiced; the four lattices of the Bayer pattern are four measurements of one image, each with its own noise.
+// A skin frame beside the Spectralon frame of its filter, photosite by photosite: each photosite divided by
+// itself measures reflectance, whatever its colour, since light through a narrow filter has nearly one
+// colour. So nothing is demosaiced; the four lattices of the Bayer pattern are four measurements of one
+// image, each with its own noise.
 //
 // Camera coordinates: the photosite (i, j) covers [i, i+1] x [j, j+1]; its centre is at (i + 0.5, j + 0.5).
 #pragma once
@@ -13,9 +14,9 @@ namespace dermap {
 struct Mosaic {
   int x0 = 0;  // of this crop within the frame; even
   int y0 = 0;
-  PlaneF skin;        // DN above black
-  PlaneF spectralon;  // DN above black
-  MaskPlane mask;     // 0: usable
+  PlaneF skin;         // DN above black
+  PlaneF spectralon;   // DN above black
+  MaskPlane mask;      // 0: usable
   double scale = 1.0;  // reflectance = scale skin / spectralon: certificate and the flash's drift
   int width() const { return skin.width(); }
   int height() const { return skin.height(); }
@@ -24,8 +25,8 @@ struct Mosaic {
 // Part of a mosaic: corners are moved outwards to even photosites and clipped to the frame.
 Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double bottom);
 
-// The four photosites of one lattice around a point, and their bilinear weights. A lattice is linear in between its own
-// photosites, so a gradient of the image is no error, however unequal the lattices' weights.
+// The four photosites of one lattice around a point, and their bilinear weights. A lattice is linear in
+// between its own photosites, so a gradient of the image is no error, however unequal the lattices' weights.
 struct LatticeCell {
   int x, y;  // the upper left photosite, in crop coordinates; the others lie two further
   double fx, fy;
@@ -40,8 +41,8 @@ double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y);
 // (less than `darkest` of the brightest cells).
 PlaneF CellReflectance(const Mosaic& mosaic, double darkest);
 
-// Mean over the 5x5 nearest usable photosites of each photosite's own lattice: what the noise is reckoned from, so that
-// weights and error bars do not follow the noise itself.
+// Mean over the 5x5 nearest usable photosites of each photosite's own lattice: what the noise is reckoned
+// from, so that weights and error bars do not follow the noise itself.
 PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask);
 
 }  // namespace dermap

@@ -21,7 +21,8 @@ constexpr double kGainScatter = 0.03;
 // Differences between neighbours of one kind: whatever varies slowly over the card drops out.
 // value(x, y) is called where both photosites are usable.
 template <class Value, class Usable>
-PhotonTransferPoint PointOfLattice(int lattice, const PixelRegion& card, const Value& value, const Usable& usable) {
+PhotonTransferPoint PointOfLattice(int lattice, const PixelRegion& card, const Value& value,
+                                   const Usable& usable) {
   std::vector<float> halves;
   for (int y = card.y + (lattice >> 1); y < card.y + card.height; y += 2) {
     for (int x = card.x + (lattice & 1); x + 2 < card.x + card.width; x += 2) {
@@ -40,11 +41,13 @@ struct Line {
   double slope, offset, slope_variance;
 };
 
-// Least squares of variance = slope signal + offset reads; a variance of n samples has the variance 2 variance^2 / n.
+// Least squares of variance = slope signal + offset reads; a variance of n samples has the variance 2
+// variance^2 / n.
 Line WeightedLine(const std::vector<PhotonTransferPoint>& points, const Line* expected) {
   double ss = 0, sr = 0, rr = 0, sv = 0, rv = 0;
   for (const auto& p : points) {
-    const double v = expected != nullptr ? expected->slope * p.signal + expected->offset * p.reads : p.variance;
+    const double v =
+        expected != nullptr ? expected->slope * p.signal + expected->offset * p.reads : p.variance;
     const double weight = p.samples / (2.0 * v * v);
     ss += weight * p.signal * p.signal;
     sr += weight * p.signal * p.reads;
@@ -85,7 +88,8 @@ void ShareGain(const std::map<int, double>& gain_variances, std::map<int, NoiseM
 
 }  // namespace
 
-std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b, const PixelRegion& card) {
+std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b,
+                                                const PixelRegion& card) {
   assert(a.record.iso == b.record.iso);
   std::vector<PhotonTransferPoint> points;
   const GrayCardRatio ratio = CompareGrayCard(a, b, card);
@@ -127,7 +131,8 @@ std::vector<PhotonTransferPoint> PhotonTransferOfBlack(const BlackFrames& blacks
   for (const BlackReference& level : blacks.levels()) {
     if (level.frames < 2) continue;
     const double degrees = static_cast<double>(level.frames - 1) * static_cast<double>(level.mean.size());
-    points.push_back({level.iso, 0.0, 1.0, level.temporal_variance, static_cast<int>(std::min(degrees, 1e9))});
+    points.push_back(
+        {level.iso, 0.0, 1.0, level.temporal_variance, static_cast<int>(std::min(degrees, 1e9))});
   }
   return points;
 }
@@ -145,9 +150,10 @@ std::map<int, NoiseModel> FitNoise(const std::vector<PhotonTransferPoint>& point
     Line line = WeightedLine(own, nullptr);
     for (int i = 0; i < kReweightings && line.slope > 0.0; ++i) line = WeightedLine(own, &line);
     if (!(line.slope > 0.0)) {
-      throw InputError("the gray card's noise at ISO " + std::to_string(iso) +
-                       " does not grow with its brightness, as shot noise must; expected untouched raw frames of a card "
-                       "that stands still: check the rig's gray_card_region and that the camera reduces no noise");
+      throw InputError(
+          "the gray card's noise at ISO " + std::to_string(iso) +
+          " does not grow with its brightness, as shot noise must; expected untouched raw frames of a card "
+          "that stands still: check the rig's gray_card_region and that the camera reduces no noise");
     }
     models[iso] = {line.slope, line.offset, static_cast<int>(own.size())};
     gain_variances[iso] = line.slope_variance;

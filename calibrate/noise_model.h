@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Shot and read noise of a photosite, estimated from the session itself by photon transfer. All in DN.
 //
-// The gray card stands still, so the difference of two frames of it, D = a - k b (k makes their means equal), contains
-// neither its texture, nor uneven light, nor fixed offsets, only noise:
+// The gray card stands still, so the difference of two frames of it, D = a - k b (k makes their means equal),
+// contains neither its texture, nor uneven light, nor fixed offsets, only noise:
 //   var D = gain (mean a + k^2 mean b) + read variance (1 + k^2).
-// Every colour of every frame pair gives one such equation; a weighted line through them gives gain and read variance.
+// Every colour of every frame pair gives one such equation; a weighted line through them gives gain and read
+// variance.
 #pragma once
 
 #include <map>
@@ -20,7 +21,9 @@ struct NoiseModel {
   double gain = 0.0;           // DN per electron
   double read_variance = 0.0;  // DN^2, rounding included
   int points = 0;              // photon transfer points that it rests on
-  double Variance(double signal_dn) const { return gain * (signal_dn > 0.0 ? signal_dn : 0.0) + read_variance; }
+  double Variance(double signal_dn) const {
+    return gain * (signal_dn > 0.0 ? signal_dn : 0.0) + read_variance;
+  }
 };
 
 struct PhotonTransferPoint {
@@ -32,8 +35,10 @@ struct PhotonTransferPoint {
 };
 
 // One point a lattice from the gray card of two frames of one ISO.
-std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b, const PixelRegion& card);
-// The same from one frame alone, its card's texture counted as noise: an upper bound, where no second frame exists.
+std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b,
+                                                const PixelRegion& card);
+// The same from one frame alone, its card's texture counted as noise: an upper bound, where no second frame
+// exists.
 std::vector<PhotonTransferPoint> PhotonTransferOfOne(const SignalFrame& frame, const PixelRegion& card);
 // Black frames of known scatter pin the read noise.
 std::vector<PhotonTransferPoint> PhotonTransferOfBlack(const BlackFrames& blacks);

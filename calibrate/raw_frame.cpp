@@ -20,13 +20,16 @@ constexpr long long kMaxPhotosites = 200'000'000;
 constexpr unsigned kMaxRawMegabytes = 1024;
 
 [[noreturn]] void Fail(const std::filesystem::path& path, const std::string& found) {
-  throw InputError(path.string() + ": " + found +
-                   "; expected a complete raw file (DNG, CR2) with a Bayer pattern; capture this frame again or copy "
-                   "it from the camera again");
+  throw InputError(
+      path.string() + ": " + found +
+      "; expected a complete raw file (DNG, CR2) with a Bayer pattern; capture this frame again or copy "
+      "it from the camera again");
 }
 
 // LibRaw calls this where data ends early or makes no sense, and then goes on with what it has.
-void CountDataError(void* data, const char*, int) { ++*static_cast<int*>(data); }
+void CountDataError(void* data, const char*, int) {
+  ++*static_cast<int*>(data);
+}
 
 void CheckSizes(const libraw_image_sizes_t& sizes, const std::filesystem::path& path) {
   const auto found = std::to_string(sizes.width) + "x" + std::to_string(sizes.height) + " photosites";
@@ -35,7 +38,8 @@ void CheckSizes(const libraw_image_sizes_t& sizes, const std::filesystem::path& 
       static_cast<long long>(sizes.raw_width) * sizes.raw_height > kMaxPhotosites) {
     Fail(path, found + ", which is too large");
   }
-  if (sizes.left_margin + sizes.width > sizes.raw_width || sizes.top_margin + sizes.height > sizes.raw_height) {
+  if (sizes.left_margin + sizes.width > sizes.raw_width ||
+      sizes.top_margin + sizes.height > sizes.raw_height) {
     Fail(path, "an active area that exceeds the sensor");
   }
 }
@@ -50,7 +54,8 @@ std::array<char, kLatticeCount> Pattern(LibRaw& raw, const std::filesystem::path
       const char letter = colour >= 0 && colour < 4 ? raw.imgdata.idata.cdesc[colour] : '?';
       char& known = colours[LatticeOf(x, y)];
       if (known == 0) known = letter;
-      if (known != letter || (letter != 'R' && letter != 'G' && letter != 'B')) Fail(path, "no 2x2 Bayer pattern");
+      if (known != letter || (letter != 'R' && letter != 'G' && letter != 'B'))
+        Fail(path, "no 2x2 Bayer pattern");
     }
   }
   return colours;
@@ -60,7 +65,8 @@ double BlackLevel(const libraw_colordata_t& color) {
   double level = color.black;
   for (int i = 0; i < 4; ++i) level += color.cblack[i] / 4.0;
   const unsigned cells = color.cblack[4] * color.cblack[5];
-  for (unsigned i = 0; i < cells && 6 + i < LIBRAW_CBLACK_SIZE; ++i) level += color.cblack[6 + i] / double(cells);
+  for (unsigned i = 0; i < cells && 6 + i < LIBRAW_CBLACK_SIZE; ++i)
+    level += color.cblack[6 + i] / double(cells);
   return level;
 }
 

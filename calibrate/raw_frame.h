@@ -13,15 +13,17 @@ namespace dermap {
 
 // The four photosites of a 2x2 cell, each with neighbours of its own kind two photosites away.
 inline constexpr int kLatticeCount = 4;
-constexpr int LatticeOf(int x, int y) { return 2 * (y & 1) + (x & 1); }
+constexpr int LatticeOf(int x, int y) {
+  return 2 * (y & 1) + (x & 1);
+}
 
 struct BayerFrame {
-  Plane<std::uint16_t> values;                        // active area as read: black not subtracted, nothing rotated
-  std::array<char, kLatticeCount> colours{};          // 'R', 'G' or 'B' of each lattice
-  double black_level = 0.0;                           // as the file states it, mean over the colours
-  double white_level = 0.0;                           // values from here on are saturated
-  double exposure_ms = 0.0;                           // 0 where the file does not say
-  int iso = 0;                                        // 0 where the file does not say
+  Plane<std::uint16_t> values;                // active area as read: black not subtracted, nothing rotated
+  std::array<char, kLatticeCount> colours{};  // 'R', 'G' or 'B' of each lattice
+  double black_level = 0.0;                   // as the file states it, mean over the colours
+  double white_level = 0.0;                   // values from here on are saturated
+  double exposure_ms = 0.0;                   // 0 where the file does not say
+  int iso = 0;                                // 0 where the file does not say
 };
 
 // DNG, CR2 and whatever else LibRaw reads, as long as it holds a 2x2 Bayer pattern.

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Resampling with explicit weights: every pixel is a list of photosites and their coefficients, from which both its value
-// and its variance follow.
+// Resampling with explicit weights: every pixel is a list of photosites and their coefficients, from which
+// both its value and its variance follow.
 #include "calibrate/resample.h"
 
 #include <algorithm>
@@ -16,10 +16,11 @@ constexpr int kCorrelationStep = 16;    // pixels between the places where corre
 
 // Variances of each photosite from smoothed signals, in DN^2 of skin and Spectralon.
 struct PhotositeNoise {
-  PlaneF spectralon;           // smoothed signal
-  PlaneF skin_variance;        // of the skin frame and its own black
-  PlaneF spectralon_variance;  // of the Spectralon frame, its own and the shared black, as seen in reflectance
-  PlaneF weight;               // 1 / variance of a single photosite's reflectance, 0 where too weak
+  PlaneF spectralon;     // smoothed signal
+  PlaneF skin_variance;  // of the skin frame and its own black
+  PlaneF
+      spectralon_variance;  // of the Spectralon frame, its own and the shared black, as seen in reflectance
+  PlaneF weight;            // 1 / variance of a single photosite's reflectance, 0 where too weak
 };
 
 PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise) {
@@ -68,7 +69,10 @@ struct PixelWeights {
 class Resampler {
  public:
   Resampler(const Mosaic& mosaic, const Homography& camera_from_unit, const MosaicNoise& noise, int patch_px)
-      : mosaic_(mosaic), map_(camera_from_unit), noise_(NoiseOfPhotosites(mosaic, noise)), patch_px_(patch_px) {
+      : mosaic_(mosaic),
+        map_(camera_from_unit),
+        noise_(NoiseOfPhotosites(mosaic, noise)),
+        patch_px_(patch_px) {
     const Point a = map_({0, 0});
     const Point b = map_({1, 0});
     const Point c = map_({1, 1});
@@ -138,7 +142,8 @@ class Resampler {
               clip(std::floor(bottom) - mosaic_.y0 + 4, mosaic_.height()));
   }
 
-  // One bilinear sample: each lattice for itself, combined by inverse variance. False where nothing is usable.
+  // One bilinear sample: each lattice for itself, combined by inverse variance. False where nothing is
+  // usable.
   bool Sample(Point p, PixelWeights& out, double& value) const {
     struct Lattice {
       LatticeCell cell;
@@ -188,8 +193,8 @@ class Resampler {
 
 }  // namespace
 
-ResampledPatch ResamplePatch(const Mosaic& mosaic, const Homography& camera_from_unit, const MosaicNoise& noise,
-                             int patch_px) {
+ResampledPatch ResamplePatch(const Mosaic& mosaic, const Homography& camera_from_unit,
+                             const MosaicNoise& noise, int patch_px) {
   const Resampler resampler(mosaic, camera_from_unit, noise, patch_px);
   constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
   ResampledPatch patch;
@@ -211,8 +216,8 @@ ResampledPatch ResamplePatch(const Mosaic& mosaic, const Homography& camera_from
   return patch;
 }
 
-NoiseCorrelation CorrelationOfNoise(const Mosaic& mosaic, const Homography& camera_from_unit, const MosaicNoise& noise,
-                                    int patch_px) {
+NoiseCorrelation CorrelationOfNoise(const Mosaic& mosaic, const Homography& camera_from_unit,
+                                    const MosaicNoise& noise, int patch_px) {
   constexpr int kReach = NoiseCorrelation::kReach;
   const Resampler resampler(mosaic, camera_from_unit, noise, patch_px);
   NoiseCorrelation result;

@@ -11,14 +11,15 @@
 
 namespace dermap {
 
-// The rig's certificate: a CSV with the column `reflectance`, relative to the configuration folder unless absolute.
+// The rig's certificate: a CSV with the column `reflectance`, relative to the configuration folder unless
+// absolute.
 SampledSpectrum ReadCertificate(const RigConfig& rig);
 
 // Mean of the certificate over the band's filter (Gaussian, cut at two widths from its centre).
 double CertifiedReflectance(const SampledSpectrum& certificate, const Band& band);
 
-// Mean of repeats, each brought to the flash of the first by the gray card; masks are joined, and photosites that answer
-// unlike their neighbours marked dead.
+// Mean of repeats, each brought to the flash of the first by the gray card; masks are joined, and photosites
+// that answer unlike their neighbours marked dead.
 SignalFrame MeanSpectralon(const std::vector<SignalFrame>& frames, const PixelRegion& gray_card);
 
 }  // namespace dermap

@@ -12,7 +12,8 @@ double Median(std::vector<float> values);  // NaN for none; values must not be N
 
 struct RobustScatter {
   double median = 0.0;
-  double sigma = 0.0;  // 1.4826 times the median absolute deviation: the standard deviation of a normal distribution
+  double sigma =
+      0.0;  // 1.4826 times the median absolute deviation: the standard deviation of a normal distribution
 };
 RobustScatter MedianAndScatter(std::span<const float> values);
 

@@ -13,15 +13,16 @@
 namespace dermap {
 namespace {
 
-constexpr double kDarkestSpectralon = 0.05;  // share of the bright cells: darker ones lie outside of the light
-constexpr double kDarkest = 0.003;           // reflectance range of the search, on a logarithmic scale
+constexpr double kDarkestSpectralon =
+    0.05;                           // share of the bright cells: darker ones lie outside of the light
+constexpr double kDarkest = 0.003;  // reflectance range of the search, on a logarithmic scale
 constexpr double kBrightest = 1.2;
-constexpr double kSmallestArea = 0.01;   // of the frame
-constexpr double kOpposite = 0.7;        // opposite sides' ratio
-constexpr double kNeighbouring = 0.5;    // neighbouring sides' ratio: a square seen at up to 60 degrees
-constexpr double kFilled = 0.85;         // share of its quadrilateral that a window fills
-constexpr double kSecondWindow = 0.2;    // of the largest one's area
-constexpr int kThresholds = 8;           // tried after Otsu's
+constexpr double kSmallestArea = 0.01;  // of the frame
+constexpr double kOpposite = 0.7;       // opposite sides' ratio
+constexpr double kNeighbouring = 0.5;   // neighbouring sides' ratio: a square seen at up to 60 degrees
+constexpr double kFilled = 0.85;        // share of its quadrilateral that a window fills
+constexpr double kSecondWindow = 0.2;   // of the largest one's area
+constexpr int kThresholds = 8;          // tried after Otsu's
 
 using Contour = std::vector<cv::Point>;
 
@@ -36,13 +37,16 @@ cv::Mat LogarithmicPicture(const PlaneF& cells) {
   for (int y = 0; y < cells.height(); ++y) {
     for (int x = 0; x < cells.width(); ++x) {
       const double r = std::clamp(static_cast<double>(cells(x, y)), kDarkest, kBrightest);
-      picture.at<std::uint8_t>(y, x) = static_cast<std::uint8_t>(std::lround(255.0 * std::log(r / kDarkest) / range));
+      picture.at<std::uint8_t>(y, x) =
+          static_cast<std::uint8_t>(std::lround(255.0 * std::log(r / kDarkest) / range));
     }
   }
   return picture;
 }
 
-double Length(Point a, Point b) { return std::hypot(b.x - a.x, b.y - a.y); }
+double Length(Point a, Point b) {
+  return std::hypot(b.x - a.x, b.y - a.y);
+}
 
 // Clockwise in the picture, from the corner nearest to the upper left.
 std::array<Point, 4> Ordered(const Contour& quad) {
@@ -63,7 +67,8 @@ std::array<Point, 4> Ordered(const Contour& quad) {
 }
 
 bool LooksLikeSquare(const std::array<Point, 4>& c) {
-  const std::array<double, 4> side{Length(c[0], c[1]), Length(c[1], c[2]), Length(c[2], c[3]), Length(c[3], c[0])};
+  const std::array<double, 4> side{Length(c[0], c[1]), Length(c[1], c[2]), Length(c[2], c[3]),
+                                   Length(c[3], c[0])};
   const auto ratio = [](double a, double b) { return std::min(a, b) / std::max(a, b); };
   return ratio(side[0], side[2]) > kOpposite && ratio(side[1], side[3]) > kOpposite &&
          ratio(side[0], side[1]) > kNeighbouring && ratio(side[2], side[3]) > kNeighbouring;
@@ -77,9 +82,9 @@ bool TouchesBorder(const Contour& contour, const cv::Mat& picture) {
 // The card belongs to a region that covers a good part of its box.
 bool IsGrayCard(const Contour& contour, const cv::Rect& card) {
   const cv::Rect shared = cv::boundingRect(contour) & card;
-  return shared.area() > card.area() / 4 && cv::pointPolygonTest(contour, cv::Point2f(card.x + card.width / 2.0f,
-                                                                                     card.y + card.height / 2.0f),
-                                                                 false) >= 0;
+  return shared.area() > card.area() / 4 &&
+         cv::pointPolygonTest(contour, cv::Point2f(card.x + card.width / 2.0f, card.y + card.height / 2.0f),
+                              false) >= 0;
 }
 
 Found WindowsAt(const cv::Mat& picture, int threshold, const cv::Rect& card) {
@@ -121,7 +126,8 @@ int OtsuThreshold(const cv::Mat& picture, const cv::Rect& card) {
   }
   if (values.empty()) return 0;
   cv::Mat unused;
-  return static_cast<int>(cv::threshold(cv::Mat(values), unused, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU));
+  return static_cast<int>(
+      cv::threshold(cv::Mat(values), unused, 0, 255, cv::THRESH_BINARY | cv::THRESH_OTSU));
 }
 
 }  // namespace
@@ -137,9 +143,10 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, const std:
     const Found found = WindowsAt(picture, threshold, card);
     regions = std::max(regions, found.bright_regions);
     if (found.windows.size() > 1) {
-      throw InputError(frame_name + ": " + std::to_string(found.windows.size()) +
-                       " windows in the tape were found, expected one; cover the others with black tape and capture "
-                       "this frame again");
+      throw InputError(
+          frame_name + ": " + std::to_string(found.windows.size()) +
+          " windows in the tape were found, expected one; cover the others with black tape and capture "
+          "this frame again");
     }
     if (found.windows.size() == 1) {
       auto corners = found.windows[0];
@@ -147,10 +154,11 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, const std:
       return RefineWindow(mosaic, corners, frame_name);
     }
   }
-  throw InputError(frame_name + ": no window in the tape was found (" + std::to_string(regions) +
-                   " bright regions, none of them a square that lies whole within the frame); expected one bright square "
-                   "on black tape: check the tape, the focus and that the whole window is in view, then capture this "
-                   "frame again");
+  throw InputError(
+      frame_name + ": no window in the tape was found (" + std::to_string(regions) +
+      " bright regions, none of them a square that lies whole within the frame); expected one bright square "
+      "on black tape: check the tape, the focus and that the whole window is in view, then capture this "
+      "frame again");
 }
 
 }  // namespace dermap

@@ -12,15 +12,15 @@
 namespace dermap {
 
 struct Window {
-  std::array<Point, 4> corners;  // camera coordinates, clockwise in the picture from its upper left
+  std::array<Point, 4> corners;      // camera coordinates, clockwise in the picture from its upper left
   double edge_uncertainty_px = 0.0;  // one standard deviation of an edge's place, estimated, mean of the four
   double smallest_side_px = 0.0;
   double largest_side_px = 0.0;
-  Homography camera_from_unit;   // the window is the unit square
+  Homography camera_from_unit;  // the window is the unit square
 };
 
-// Finds the one bright quadrilateral on dark tape. The gray card, which divides to a bright patch as well, is left out.
-// Throws InputError naming `frame_name` where there is none, or more than one.
+// Finds the one bright quadrilateral on dark tape. The gray card, which divides to a bright patch as well, is
+// left out. Throws InputError naming `frame_name` where there is none, or more than one.
 Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, const std::string& frame_name);
 
 // Moves the four edges to where the reflectance is half way between tape and skin. Throws as above.

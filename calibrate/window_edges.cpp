@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Sub-photosite position of the window: half-level points along the normals of each edge, a robust line through them,
-// corners where the lines meet.
+// Sub-photosite position of the window: half-level points along the normals of each edge, a robust line
+// through them, corners where the lines meet.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -16,7 +16,7 @@
 namespace dermap {
 namespace {
 
-constexpr double kReach_px = 8.0;       // of a profile to either side
+constexpr double kReach_px = 8.0;        // of a profile to either side
 constexpr double kRoughReach_px = 12.0;  // in the first pass, which starts from a contour
 constexpr double kStep_px = 0.5;
 constexpr double kClear_px = 3.0;        // blur of lens and lattice: nearer to the edge neither side is level
@@ -27,7 +27,9 @@ constexpr double kLeastContrast = 0.004;  // reflectance
 
 using Profile = std::vector<double>;  // from outside to inside, NaN where masked
 
-double Offset(std::size_t index, double reach) { return static_cast<double>(index) * kStep_px - reach; }
+double Offset(std::size_t index, double reach) {
+  return static_cast<double>(index) * kStep_px - reach;
+}
 
 std::vector<Profile> Profiles(const Mosaic& mosaic, const Edge& edge, const std::vector<double>& positions,
                               double reach) {
@@ -59,8 +61,8 @@ Profile MeanOfNeighbours(const std::vector<Profile>& profiles, int index) {
   return mean;
 }
 
-// Straight line through the inside's samples, read at the edge: skin darkens towards the tape, since light is lost under
-// it, and the level to halve is the one right at the edge.
+// Straight line through the inside's samples, read at the edge: skin darkens towards the tape, since light is
+// lost under it, and the level to halve is the one right at the edge.
 double InsideLevel(const Profile& profile, double centre, double reach) {
   double n = 0, sx = 0, sy = 0, sxx = 0, sxy = 0;
   for (std::size_t i = 0; i < profile.size(); ++i) {
@@ -112,7 +114,8 @@ struct EdgeFit {
 
 std::optional<EdgeFit> HalfLevelLine(const Mosaic& mosaic, const Edge& edge, double reach) {
   std::vector<double> positions;
-  for (double t = kCornerShare * edge.length(); t <= (1 - kCornerShare) * edge.length(); t += 2.0) positions.push_back(t);
+  for (double t = kCornerShare * edge.length(); t <= (1 - kCornerShare) * edge.length(); t += 2.0)
+    positions.push_back(t);
   const std::vector<Profile> profiles = Profiles(mosaic, edge, positions, reach);
   std::vector<cv::Point2f> points;  // along, inwards
   for (std::size_t i = 0; i < positions.size(); ++i) {
@@ -121,7 +124,8 @@ std::optional<EdgeFit> HalfLevelLine(const Mosaic& mosaic, const Edge& edge, dou
     if (crossing) crossing = Crossing(mean, *crossing, reach);  // levels reckoned from the edge found
     if (crossing) points.emplace_back(static_cast<float>(positions[i]), static_cast<float>(*crossing));
   }
-  if (static_cast<double>(points.size()) < kFewestProfiles * static_cast<double>(positions.size())) return std::nullopt;
+  if (static_cast<double>(points.size()) < kFewestProfiles * static_cast<double>(positions.size()))
+    return std::nullopt;
   cv::Vec4f fit;
   cv::fitLine(points, fit, cv::DIST_HUBER, 0, 0.001, 0.001);
   EdgeFit result;
@@ -149,7 +153,8 @@ std::optional<EdgeFit> ModelLine(const Mosaic& mosaic, const Edge& edge) {
 std::optional<Point> Intersection(const Line& a, const Line& b) {
   const double cross = a.direction.x * b.direction.y - a.direction.y * b.direction.x;
   if (std::abs(cross) < 0.2) return std::nullopt;  // of unit vectors: less than 12 degrees apart
-  const double t = ((b.origin.x - a.origin.x) * b.direction.y - (b.origin.y - a.origin.y) * b.direction.x) / cross;
+  const double t =
+      ((b.origin.x - a.origin.x) * b.direction.y - (b.origin.y - a.origin.y) * b.direction.x) / cross;
   return Point{a.origin.x + t * a.direction.x, a.origin.y + t * a.direction.y};
 }
 
@@ -165,9 +170,11 @@ Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, con
       const Edge edge{window.corners[i], window.corners[(i + 1) % 4]};
       const auto fit = pass == 0 ? HalfLevelLine(mosaic, edge, kRoughReach_px) : ModelLine(mosaic, edge);
       if (!fit) {
-        throw InputError(frame_name + ": side " + std::to_string(i + 1) + " of the window (clockwise from the top) has no "
-                         "clear edge against the tape; expected a straight cut, in focus and in the light: check the "
-                         "tape and capture this frame again");
+        throw InputError(
+            frame_name + ": side " + std::to_string(i + 1) +
+            " of the window (clockwise from the top) has no "
+            "clear edge against the tape; expected a straight cut, in focus and in the light: check the "
+            "tape and capture this frame again");
       }
       lines[i] = fit->line;
       mean_square += fit->uncertainty_px * fit->uncertainty_px / 4;
@@ -175,7 +182,8 @@ Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, con
     for (int i = 0; i < 4; ++i) {
       const auto corner = Intersection(lines[(i + 3) % 4], lines[i]);
       if (!corner) {
-        throw InputError(frame_name + ": the window's sides do not make a square; expected one 7.5 mm square cut into "
+        throw InputError(frame_name +
+                         ": the window's sides do not make a square; expected one 7.5 mm square cut into "
                          "black tape: check the tape and capture this frame again");
       }
       window.corners[i] = *corner;

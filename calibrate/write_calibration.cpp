@@ -27,7 +27,9 @@ std::string NameOf(double wavelength_nm) {
   return text;
 }
 
-json NumberOrNull(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+json NumberOrNull(double value) {
+  return std::isfinite(value) ? json(value) : json(nullptr);
+}
 
 json RecordOfWindow(const Window& window) {
   json corners = json::array();
@@ -70,7 +72,8 @@ json RecordOfMeanCorrelation(const NoiseCorrelation& mean) {
   json record = RecordOfCorrelation(mean);
   record["lags"] = "pixels of the patch, from 0";
   record["note"] =
-      "neighbouring pixels share photosites, so their noise is correlated; sigma is right for each pixel, but the mean "
+      "neighbouring pixels share photosites, so their noise is correlated; sigma is right for each pixel, "
+      "but the mean "
       "of n pixels is known less well than sigma / sqrt(n)";
   return record;
 }
@@ -87,7 +90,8 @@ Plane<Rgb8> FramePicture(const BandCalibration& band) {
     };
     outline.emplace_back(fixed(p.x), fixed(p.y));
   }
-  cv::polylines(canvas, outline, true, cv::Scalar(kOutline[0], kOutline[1], kOutline[2]), 1, cv::LINE_AA, kOutlineShift);
+  cv::polylines(canvas, outline, true, cv::Scalar(kOutline[0], kOutline[1], kOutline[2]), 1, cv::LINE_AA,
+                kOutlineShift);
   return picture;
 }
 
@@ -116,8 +120,10 @@ json CalibrationRecord(const CalibrationResult& result) {
               {"noise", json::array()},
               {"correlation", RecordOfMeanCorrelation(result.correlation)},
               {"effective_wavelength_note",
-               "red, green and blue photosites weigh a filter's band differently, so their effective wavelengths differ "
-               "by about 0.5 nm; they are combined by inverse variance, and the band is given at the filter's centre"},
+               "red, green and blue photosites weigh a filter's band differently, so their effective "
+               "wavelengths differ "
+               "by about 0.5 nm; they are combined by inverse variance, and the band is given at the "
+               "filter's centre"},
               {"notes", result.notes}};
   for (const BandCalibration& band : result.bands) record["bands"].push_back(RecordOfBand(band));
   for (const auto& [iso, model] : result.noise) {

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a calibration leaves behind: the stack, STACK.calibration.json beside it and pictures in STACK.calibration/.
+// What a calibration leaves behind: the stack, STACK.calibration.json beside it and pictures in
+// STACK.calibration/.
 #pragma once
 
 #include <filesystem>
@@ -10,8 +11,8 @@
 
 namespace dermap {
 
-// DIR/stack.exr -> DIR/stack.calibration.json and DIR/stack.calibration/450nm_frame.png, 450nm_reflectance.png, ...
-// Every file is written atomically, the stack last. Throws StorageError.
+// DIR/stack.exr -> DIR/stack.calibration.json and DIR/stack.calibration/450nm_frame.png,
+// 450nm_reflectance.png, ... Every file is written atomically, the stack last. Throws StorageError.
 void WriteCalibration(const std::filesystem::path& stack_path, const CalibrationResult& result);
 
 // The contents of STACK.calibration.json but for `pictures`; keys in calibrate/README.md.

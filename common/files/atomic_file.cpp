@@ -9,7 +9,7 @@
 
 #include <atomic>
 #include <cerrno>
-#include <cstring>
+#include <memory>
 #include <system_error>
 
 #include "common/core/error.h"
@@ -67,10 +67,20 @@ fs::path FolderOf(const fs::path& path) {
   return path.has_parent_path() ? path.parent_path() : fs::path(".");
 }
 
-void CreateFolder(const fs::path& path) {
+// Makes the folder of a file; returns the folders that were not there before, the deepest first.
+std::vector<fs::path> CreateFolder(const fs::path& path) {
+  std::vector<fs::path> made;
   std::error_code error;
+  for (fs::path folder = FolderOf(path); !folder.empty() && !fs::exists(folder, error) && !error;
+       folder = folder.parent_path()) {
+    made.push_back(folder);
+  }
   fs::create_directories(FolderOf(path), error);
-  if (error) ThrowStorageError("create the folder of", path, error.value());
+  if (error) {
+    for (const fs::path& folder : made) ::rmdir(folder.c_str());
+    ThrowStorageError("create the folder of", path, error.value());
+  }
+  return made;
 }
 
 void SyncFile(const fs::path& file, const fs::path& shown) {
@@ -87,16 +97,18 @@ void SyncFolder(const fs::path& folder, const fs::path& shown) {
   }
 }
 
-// The temporary file of one target, removed unless it was renamed.
+// The temporary file of one target. Unless it is renamed, it goes, and so do the folders that were made for
+// it.
 class Staged {
  public:
-  explicit Staged(const fs::path& path) : shown_(path) {
-    CreateFolder(path);
-    target_ = ResolveTarget(path);
+  explicit Staged(const fs::path& path)
+      : shown_(path), target_(ResolveTarget(path)), made_(CreateFolder(target_)) {
     temporary_ = TemporaryFor(target_);
   }
   ~Staged() {
-    if (!committed_) ::unlink(temporary_.c_str());
+    if (committed_) return;
+    ::unlink(temporary_.c_str());
+    for (const fs::path& folder : made_) ::rmdir(folder.c_str());
   }
   Staged(const Staged&) = delete;
   Staged& operator=(const Staged&) = delete;
@@ -119,9 +131,34 @@ class Staged {
  private:
   fs::path shown_;  // as the caller named it, for messages
   fs::path target_;
+  std::vector<fs::path> made_;
   fs::path temporary_;
   bool committed_ = false;
 };
+
+}  // namespace
+
+struct FileBatch::Impl {
+  std::vector<std::unique_ptr<Staged>> files;
+
+  // Last in, first out: a folder goes after what was to lie in it.
+  ~Impl() {
+    while (!files.empty()) files.pop_back();
+  }
+};
+
+namespace {
+
+thread_local FileBatch::Impl* current_batch = nullptr;
+
+// Where a file goes that is written and synced: to its place, or to the batch of this thread.
+void CommitOrKeep(std::unique_ptr<Staged> staged) {
+  if (current_batch) {
+    current_batch->files.push_back(std::move(staged));
+  } else {
+    staged->Commit();
+  }
+}
 
 }  // namespace
 
@@ -142,31 +179,38 @@ void ThrowStorageError(const std::string& what, const fs::path& path, int error)
                      "; remedy: " + RemedyFor(error));
 }
 
+FileBatch::FileBatch() {
+  if (current_batch) return;  // part of the batch around it, which commits
+  impl_ = std::make_unique<Impl>();
+  current_batch = impl_.get();
+}
+
+FileBatch::~FileBatch() {
+  if (impl_) current_batch = nullptr;
+}
+
+void FileBatch::Commit() {
+  if (!impl_) return;
+  for (const auto& file : impl_->files) file->Commit();
+  impl_->files.clear();
+}
+
 void WriteFileAtomically(const fs::path& path, const std::function<void(const fs::path&)>& write) {
-  Staged staged(path);
-  write(staged.temporary());
-  staged.Sync();
-  staged.Commit();
+  auto staged = std::make_unique<Staged>(path);
+  write(staged->temporary());
+  staged->Sync();
+  CommitOrKeep(std::move(staged));
 }
 
 void WriteFileAtomically(const fs::path& path, std::string_view contents) {
-  Staged staged(path);
-  staged.Write(contents);
-  staged.Commit();
+  auto staged = std::make_unique<Staged>(path);
+  staged->Write(contents);
+  CommitOrKeep(std::move(staged));
 }
 
 void WriteFileAtomically(const fs::path& path, std::span<const std::byte> contents) {
   WriteFileAtomically(path,
                       std::string_view(reinterpret_cast<const char*>(contents.data()), contents.size()));
-}
-
-void WriteFilesTogether(std::span<const FileContents> files) {
-  std::vector<std::unique_ptr<Staged>> staged;
-  for (const FileContents& file : files) {
-    staged.push_back(std::make_unique<Staged>(file.path));
-    staged.back()->Write(file.contents);
-  }
-  for (const auto& file : staged) file->Commit();
 }
 
 }  // namespace dermap

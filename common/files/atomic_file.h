@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <string_view>
@@ -21,13 +22,23 @@ void WriteFileAtomically(const std::filesystem::path& path,
 void WriteFileAtomically(const std::filesystem::path& path, std::string_view contents);
 void WriteFileAtomically(const std::filesystem::path& path, std::span<const std::byte> contents);
 
-// Several files that belong together: all are written under temporary names first, so that a full disk leaves
-// none of them; then they are renamed in the order given (put the file that names the others last).
-struct FileContents {
-  std::filesystem::path path;
-  std::string contents;
+// Files that belong together. While a batch lives, what this thread writes with WriteFileAtomically stays
+// under temporary names; Commit() renames all in the order in which they were written (so write last what
+// names the others). Without Commit(), as when a disk is full half-way, none of them appears and the old ones
+// stay. A batch inside a batch is part of the outer one.
+class FileBatch {
+ public:
+  FileBatch();
+  ~FileBatch();
+  FileBatch(const FileBatch&) = delete;
+  FileBatch& operator=(const FileBatch&) = delete;
+  void Commit();
+
+  struct Impl;
+
+ private:
+  std::unique_ptr<Impl> impl_;
 };
-void WriteFilesTogether(std::span<const FileContents> files);
 
 // Whole file; throws InputError naming the file and why.
 std::string ReadTextFile(const std::filesystem::path& path);

@@ -209,31 +209,33 @@ void WriteEnviStack(const std::filesystem::path& path, const ReflectanceStack& s
   const auto beside = [&](const std::string& ending) {
     return path.parent_path() / (path.stem().string() + ending);
   };
-  std::vector<FileContents> files;
   std::string header =
-      CommonHeader("Reflectance, fraction", stack.width(), stack.height(), stack.bands.size());
-  header += SpectralKeys(stack);
+      CommonHeader("Reflectance, fraction", stack.width(), stack.height(), stack.bands.size()) +
+      SpectralKeys(stack);
   if (stack.pixel_size_mm) header += "dermap pixel size mm = " + FormatNumber(*stack.pixel_size_mm) + "\n";
   header += "dermap illumination = " + IlluminationName(stack.illumination) + "\n";
   header += "dermap tape = " + TapeName(stack.tape) + "\n";
   header += "dermap geometry = " + GeometryName(stack.geometry) + "\n";
+  FileBatch batch;
+  const auto write_companion = [&](const std::string& what, const std::string& companion_header,
+                                   const std::vector<PlaneF>& planes) {
+    WriteFileAtomically(beside("_" + what + ".img"), EncodeEnviPlanes(planes));
+    WriteFileAtomically(beside("_" + what + ".hdr"), companion_header);
+    header += fmt::format("dermap {} header = {}\n", what, beside("_" + what + ".hdr").filename().string());
+  };
   if (!stack.sigma.empty()) {
-    files.push_back({beside("_sigma.img"), EncodeEnviPlanes(stack.sigma)});
-    files.push_back({beside("_sigma.hdr"), CommonHeader("Reflectance, one standard deviation", stack.width(),
-                                                        stack.height(), stack.bands.size()) +
-                                               SpectralKeys(stack)});
-    header += "dermap sigma header = " + beside("_sigma.hdr").filename().string() + "\n";
+    const std::string common = CommonHeader("Reflectance, one standard deviation", stack.width(),
+                                            stack.height(), stack.bands.size());
+    write_companion("sigma", common + SpectralKeys(stack), stack.sigma);
   }
   if (!stack.valid.empty()) {
-    files.push_back({beside("_valid.img"), EncodeEnviPlanes({stack.valid})});
-    files.push_back(
-        {beside("_valid.hdr"), CommonHeader("1 where the pixel is valid", stack.width(), stack.height(), 1)});
-    header += "dermap valid header = " + beside("_valid.hdr").filename().string() + "\n";
+    write_companion("valid", CommonHeader("1 where the pixel is valid", stack.width(), stack.height(), 1),
+                    {stack.valid});
   }
   for (const auto& [name, text] : stack.notes) header += kNotePrefix + name + " = " + OneLine(text) + "\n";
-  files.push_back({beside(".img"), EncodeEnviPlanes(stack.reflectance)});
-  files.push_back({path, header});  // last: it names the others
-  WriteFilesTogether(files);
+  WriteFileAtomically(beside(".img"), EncodeEnviPlanes(stack.reflectance));
+  WriteFileAtomically(path, header);  // last: it names the others
+  batch.Commit();
 }
 
 }  // namespace dermap

@@ -11,17 +11,28 @@
 namespace dermap {
 namespace {
 
-// Freckles as an analytic function, so that a shifted band is exact: spots at fixed places, deeper in blue.
-double Skin(double x, double y, double depth) {
-  double absorbance = 0.0;
+struct Spot {
+  double x, y, radius, depth;
+};
+
+std::vector<Spot> Spots() {
   std::mt19937 random(7);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::vector<Spot> spots;
   for (int i = 0; i < 40; ++i) {
-    const double cx = 256 * uniform(random);
-    const double cy = 256 * uniform(random);
-    const double radius = 4 + 8 * uniform(random);
-    const double d2 = ((x - cx) * (x - cx) + (y - cy) * (y - cy)) / (2 * radius * radius);
-    if (d2 < 12) absorbance += (0.5 + uniform(random)) * std::exp(-d2);
+    const double x = 256 * uniform(random), y = 256 * uniform(random);
+    spots.push_back({x, y, 4 + 8 * uniform(random), 0.5 + uniform(random)});
+  }
+  return spots;
+}
+
+// Freckles as an analytic function, so that a shifted band is exact: spots at fixed places, deeper in blue.
+double Skin(double x, double y, double depth) {
+  static const std::vector<Spot> spots = Spots();
+  double absorbance = 0.0;
+  for (const Spot& s : spots) {
+    const double d2 = ((x - s.x) * (x - s.x) + (y - s.y) * (y - s.y)) / (2 * s.radius * s.radius);
+    if (d2 < 12) absorbance += s.depth * std::exp(-d2);
   }
   return 0.4 * std::exp(-depth * absorbance);
 }
@@ -31,7 +42,8 @@ struct Stack {
 };
 
 // Six bands; band i shows at x what lies at x - shift[i], with noise of 0.6 %.
-Stack ShiftedBands(const std::vector<std::array<double, 2>>& shifts, double noise_share, double depth_scale = 1.0) {
+Stack ShiftedBands(const std::vector<std::array<double, 2>>& shifts, double noise_share,
+                   double depth_scale = 1.0) {
   Stack stack;
   std::mt19937 random(3);
   std::normal_distribution<float> normal;
@@ -46,7 +58,8 @@ Stack ShiftedBands(const std::vector<std::array<double, 2>>& shifts, double nois
       }
     }
     PlaneF noise(256, 256);
-    for (std::size_t i = 0; i < plane.size(); ++i) noise.data()[i] = static_cast<float>(noise_share) * plane.data()[i];
+    for (std::size_t i = 0; i < plane.size(); ++i)
+      noise.data()[i] = static_cast<float>(noise_share) * plane.data()[i];
     stack.reflectance.push_back(std::move(plane));
     stack.noise.push_back(std::move(noise));
   }
@@ -55,7 +68,8 @@ Stack ShiftedBands(const std::vector<std::array<double, 2>>& shifts, double nois
 
 // The shifts put in, relative to their mean, which alignment leaves alone; 0.1 pixels.
 TEST(AlignBands, RecoversShiftsOfATenthToAWholePixel) {
-  const std::vector<std::array<double, 2>> shifts{{0.1, 0.0}, {-0.3, 0.2}, {0.5, -0.7}, {0.0, 1.0}, {-1.0, -0.2}, {0, 0}};
+  const std::vector<std::array<double, 2>> shifts{{0.1, 0.0}, {-0.3, 0.2},  {0.5, -0.7},
+                                                  {0.0, 1.0}, {-1.0, -0.2}, {0, 0}};
   const Stack stack = ShiftedBands(shifts, 0.006);
   const auto bands = AlignBands(stack.reflectance, stack.noise, {});
   double mean_x = 0, mean_y = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The whole stage against the simulated bench, whose truth is known: test patterns of known reflectance, so that no model
-// of skin takes part.
+// The whole stage against the simulated bench, whose truth is known: test patterns of known reflectance, so
+// that no model of skin takes part.
 #include "calibrate/calibrate.h"
 
 #include <gmock/gmock.h>
@@ -10,47 +10,140 @@
 #include <iostream>
 
 #include "common/core/error.h"
-#include "simulated_session.h"
+#include "tests/calibrate/simulated_session.h"
 
 namespace dermap {
 namespace {
 
 using ::testing::HasSubstr;
 
-struct Mean {
-  double value = 0.0, variance = 0.0;
-  int count = 0;
+struct Errors {
+  double mean = 0.0;  // measured - truth, valid pixels
+  double chi2 = 0.0;  // mean square of (measured - truth) / sigma
 };
 
-Mean MeanOver(const PlaneF& plane, const PlaneF& valid) {
-  Mean mean;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    if (valid.data()[i] == 0.0f || std::isnan(plane.data()[i])) continue;
-    mean.value += plane.data()[i];
-    ++mean.count;
+Errors Compare(const ReflectanceStack& stack, std::size_t band, const PlaneF& truth) {
+  Errors errors;
+  int count = 0;
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    if (stack.valid.data()[i] == 0.0f || std::isnan(stack.reflectance[band].data()[i])) continue;
+    const double difference = stack.reflectance[band].data()[i] - truth.data()[i];
+    errors.mean += difference;
+    errors.chi2 += std::pow(difference / stack.sigma[band].data()[i], 2);
+    ++count;
   }
-  mean.value /= mean.count;
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    if (valid.data()[i] == 0.0f || std::isnan(plane.data()[i])) continue;
-    mean.variance += std::pow(plane.data()[i] - mean.value, 2) / (mean.count - 1);
-  }
-  return mean;
+  errors.mean /= count;
+  errors.chi2 /= count;
+  return errors;
 }
 
-// The scene's own reflectance, 0.5 in every band, with every effect of the bench switched on.
-TEST(Calibrate, GrayPatchComesOutWithinHalfAPercent) {
+// Scene of 50 % gray with all effects of the bench on: 0.5 within 0.5 % is what was asked; and sigma is the
+// scatter of the pixels within 10 % (variance within 20 %), since the truth is flat.
+TEST(Calibrate, GrayPatchComesOutWithinHalfAPercentAndSigmaIsItsScatter) {
   SimulatedSession simulated("gray_50.toml");
   const auto result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
   ASSERT_EQ(result.stack.bands.size(), 8u);
+  double worst = 0.0, mean = 0.0;
   for (std::size_t b = 0; b < 8; ++b) {
-    const Mean mean = MeanOver(result.stack.reflectance[b], result.stack.valid);
-    std::cout << result.stack.bands[b].wavelength_nm << " nm: mean " << mean.value << " scatter "
-              << std::sqrt(mean.variance) << " sigma " << result.bands[b].median_noise << " drift "
-              << result.bands[b].gray_card_drift[0] << " shift " << result.bands[b].alignment.dx_px << " "
-              << result.bands[b].alignment.dy_px << "\n";
-    for (const auto& note : result.bands[b].notes) std::cout << "   " << note << "\n";
-    EXPECT_NEAR(mean.value, 0.5, 0.005 * 0.5) << result.stack.bands[b].wavelength_nm << " nm";
+    const Errors errors = Compare(result.stack, b, PlaneF(256, 256, 0.5f));
+    const double relative = errors.mean / 0.5;
+    std::cout << result.stack.bands[b].wavelength_nm << " nm: error " << 100 * relative << " %, sigma "
+              << result.bands[b].median_noise << ", chi2 " << errors.chi2 << "\n";
+    EXPECT_LT(std::abs(relative), 0.005) << result.stack.bands[b].wavelength_nm << " nm";
+    EXPECT_NEAR(errors.chi2, 1.0, 0.2) << result.stack.bands[b].wavelength_nm << " nm";
+    worst = std::max(worst, std::abs(relative));
+    mean += relative / 8;
   }
+  std::cout << "mean error " << 100 * mean << " %, worst band " << 100 * worst << " %\n";
+  EXPECT_EQ(result.stack.geometry, Geometry::kFactor0_30);
+  EXPECT_EQ(result.stack.illumination, Illumination::kWindow);
+  EXPECT_NEAR(result.stack.pixel_size_mm.value(), 7.5 / 256, 1e-12);
+}
+
+// The scene's ramp from 20 % to 60 %: position and level together, to the noise.
+TEST(Calibrate, GradientComesOutInPlace) {
+  SimulatedSession simulated("gradient.toml");
+  const auto result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+  const PlaneF& truth = simulated.bench().patch().nodes[0][0];  // a pattern is the same at all wavelengths
+  for (std::size_t b = 0; b < 8; ++b) {
+    const Errors errors = Compare(result.stack, b, truth);
+    EXPECT_NEAR(errors.mean, 0.0, 0.001);
+    EXPECT_NEAR(errors.chi2, 1.0, 0.2) << result.stack.bands[b].wavelength_nm << " nm";
+  }
+}
+
+// The bench's own flash energies of each shot.
+TEST(Calibrate, GrayCardTellsTheFlashsDrift) {
+  SimulatedSession simulated("gray_50.toml", [](Scene& scene) { scene.bench.flash_drift = 0.08; });
+  const auto result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+  double spread = 0.0;
+  for (const BandCalibration& band : result.bands) {
+    const auto skin = simulated.Frames(FrameRole::kSkin, band.band.wavelength_nm).at(0);
+    const auto white = simulated.Frames(FrameRole::kSpectralon, band.band.wavelength_nm).at(0);
+    const double truth =
+        simulated.bench().FlashFactor(skin.number) / simulated.bench().FlashFactor(white.number);
+    EXPECT_NEAR(band.gray_card_drift[0], truth, 0.002 * truth) << band.band.wavelength_nm << " nm";
+    EXPECT_NEAR(band.median_reflectance, 0.5, 0.005 * 0.5) << band.band.wavelength_nm << " nm";
+    spread = std::max(spread, std::abs(truth - 1.0));
+  }
+  EXPECT_GT(spread, 0.05);  // there was something to correct
+}
+
+// Scatter between two sessions of one scene, which differ in noise and pose alone, against both sigmas.
+TEST(Calibrate, RepeatsScatterAsSigmaSays) {
+  const auto capture = [](int first_number) {
+    SimulatedSession simulated("gray_50.toml");
+    for (FrameRecord& record : simulated.session().frames) record.number += first_number;
+    return CalibrateFrames(simulated.session(), simulated.Reader(), {});
+  };
+  const auto a = capture(0);
+  const auto b = capture(1000);
+  for (std::size_t band = 0; band < 8; ++band) {
+    double sum = 0.0;
+    int count = 0;
+    for (std::size_t i = 0; i < a.stack.valid.size(); ++i) {
+      if (a.stack.valid.data()[i] == 0.0f) continue;
+      const double difference = a.stack.reflectance[band].data()[i] - b.stack.reflectance[band].data()[i];
+      sum += difference * difference /
+             (std::pow(a.stack.sigma[band].data()[i], 2) + std::pow(b.stack.sigma[band].data()[i], 2));
+      ++count;
+    }
+    EXPECT_NEAR(std::sqrt(sum / count), 1.0, 0.1) << a.stack.bands[band].wavelength_nm << " nm";
+  }
+}
+
+// Lag-1 correlation of the residual against the one reckoned from the weights.
+TEST(Calibrate, NeighboursAreCorrelatedAsRecorded) {
+  SimulatedSession simulated("gray_50.toml");
+  const auto result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+  const PlaneF& r = result.stack.reflectance[3];
+  double variance = 0.0, along_x = 0.0, along_y = 0.0;
+  for (int y = 10; y < 245; ++y) {
+    for (int x = 10; x < 245; ++x) {
+      const double here = r(x, y) - 0.5;
+      variance += here * here;
+      along_x += here * (r(x + 1, y) - 0.5);
+      along_y += here * (r(x, y + 1) - 0.5);
+    }
+  }
+  EXPECT_NEAR(along_x / variance, result.bands[3].correlation.along_x[1], 0.03);
+  EXPECT_NEAR(along_y / variance, result.bands[3].correlation.along_y[1], 0.03);
+}
+
+// Two skin frames a filter instead of one: the skin's share of the variance halves, the Spectralon's stays.
+TEST(Calibrate, RepeatsAreAveraged) {
+  const auto noise = [](int skins) {
+    SimulatedSession simulated("gray_50.toml", {}, [&](PlanConfig& plan) {
+      plan.skin_frames = skins;
+      plan.exposures.resize(2);
+    });
+    const auto result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+    EXPECT_EQ(result.bands[0].windows.size(), static_cast<std::size_t>(skins));
+    EXPECT_NEAR(Compare(result.stack, 0, PlaneF(256, 256, 0.5f)).chi2, 1.0, 0.2);
+    return result.bands[0].median_noise;
+  };
+  // Shot noise of a patch of 50 %: variances of skin and Spectralon as 1/0.5 to 1, so (2/2 + 1) / (2 + 1).
+  EXPECT_NEAR(noise(2) / noise(1), std::sqrt(2.0 / 3.0), 0.04);
 }
 
 }  // namespace

@@ -39,7 +39,8 @@ SignalFrame CardFrame(double flash, int iso, const Truth& truth, const BlackRefe
   return frame;
 }
 
-// Gain and read noise put in (rounding adds 1/12 to the read variance); 24000 differences: 2 % of the variance.
+// Gain and read noise put in (rounding adds 1/12 to the read variance); 24000 differences: 2 % of the
+// variance.
 TEST(NoiseModel, RecoversGainAndReadNoise) {
   const BlackReference black{10.0, 100, 1000, PlaneF(160, 200, 126.0f), 0.0};
   std::vector<PhotonTransferPoint> points;
@@ -59,7 +60,8 @@ TEST(NoiseModel, RecoversGainAndReadNoise) {
 // A point of black frames pins the read noise far better: 2 / sqrt(samples).
 TEST(NoiseModel, TakesTheReadNoiseFromRepeatedBlackFrames) {
   const BlackReference black{10.0, 100, 1000, PlaneF(160, 200, 126.0f), 0.0};
-  auto points = PhotonTransfer(CardFrame(1.0, 100, {0.08, 1.2}, black, 1), CardFrame(1.0, 100, {0.08, 1.2}, black, 2), kCard);
+  auto points = PhotonTransfer(CardFrame(1.0, 100, {0.08, 1.2}, black, 1),
+                               CardFrame(1.0, 100, {0.08, 1.2}, black, 2), kCard);
   points.push_back({100, 0.0, 1.0, 1.50, 100000});
   const auto models = FitNoise(points);
   EXPECT_NEAR(models.at(100).read_variance, 1.50, 0.02);

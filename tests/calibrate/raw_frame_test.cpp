@@ -89,7 +89,8 @@ TEST_F(RawFrameFile, RefusesATruncatedFile) {
   for (const double share : {0.0, 0.001, 0.02, 0.3, 0.9, 0.999}) {
     const auto length = static_cast<std::size_t>(share * static_cast<double>(bytes.size()));
     const auto path = Write("cut.dng", std::span(bytes).first(length));
-    EXPECT_THAT(ErrorOf(path), HasSubstr("cut.dng")) << "cut to " << length << " of " << bytes.size() << " bytes";
+    EXPECT_THAT(ErrorOf(path), HasSubstr("cut.dng"))
+        << "cut to " << length << " of " << bytes.size() << " bytes";
   }
 }
 

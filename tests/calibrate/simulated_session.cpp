@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // The bench's exposures as frames of a session.
-#include "simulated_session.h"
+#include "tests/calibrate/simulated_session.h"
 
 #include "acquire/schedule.h"
 #include "acquire/simulated/dng_writer.h"
@@ -32,7 +32,8 @@ FrameReader SimulatedSession::Reader() const {
 std::vector<FrameRecord> SimulatedSession::Frames(FrameRole role, double wavelength_nm) const {
   std::vector<FrameRecord> found;
   for (const FrameRecord& record : session_.frames) {
-    if (record.role == role && (wavelength_nm == 0.0 || record.wavelength_nm == wavelength_nm)) found.push_back(record);
+    if (record.role == role && (wavelength_nm == 0.0 || record.wavelength_nm == wavelength_nm))
+      found.push_back(record);
   }
   return found;
 }

@@ -20,8 +20,11 @@ TEST(Truth, HoldsMapsReflectanceAndEveryShot) {
   RigConfig rig = acquire_test::SmallRig();
   rig.slots = {{1, 540.0, 10.0, false}};
   const OpticalBench bench(rig, ReadScene(ConfigDirectory() / "scenes/light_freckles.toml", rig.window_mm));
-  const std::vector<FrameRecord> schedule{{.number = 1, .role = FrameRole::kSpectralon, .slot = 1},
-                                          {.number = 2, .role = FrameRole::kSkin, .slot = 1}};
+  std::vector<FrameRecord> schedule(2);
+  schedule[0].number = 1;
+  schedule[0].role = FrameRole::kSpectralon;
+  schedule[1].number = 2;
+  schedule[1].role = FrameRole::kSkin;
   WriteTruth(folder.path() / "truth", bench, schedule);
 
   const MapsFile maps = ReadMaps(folder.path() / "truth/maps.exr");

@@ -99,18 +99,44 @@ TEST(WriteFileAtomically, ReportsAFullTargetAndLeavesNothingHalfWritten) {
   EXPECT_THAT(folder.Names(), ElementsAre("kept.bin"));
 }
 
-// As above; the second of two files does not fit, so neither may appear.
-TEST(WriteFilesTogether, LeavesNoneWhereOneDoesNotFit) {
+// As above; the second of two files does not fit, so neither may appear, nor the folder that was made for
+// them.
+TEST(FileBatch, LeavesNoneWhereOneDoesNotFit) {
   const TemporaryFolder folder;
-  const std::vector<FileContents> files{{folder / "a.img", "small"},
-                                        {folder / "a.hdr", std::string(100000, 'x')}};
+  folder.Write("kept.txt", "old");
+  const auto write_both = [&](std::size_t size) {
+    FileBatch batch;
+    WriteFileAtomically(folder / "kept.txt", "new");
+    WriteFileAtomically(folder / "a/b/large.bin", std::string(size, 'x'));
+    batch.Commit();
+  };
   {
     const FileSizeLimit limit(4096);
-    SentenceOf<StorageError>([&] { WriteFilesTogether(files); });
+    SentenceOf<StorageError>([&] { write_both(100000); });
   }
-  EXPECT_THAT(folder.Names(), IsEmpty());
-  WriteFilesTogether(files);
-  EXPECT_THAT(folder.Names(), testing::UnorderedElementsAre("a.img", "a.hdr"));
+  EXPECT_THAT(folder.Names(), ElementsAre("kept.txt"));
+  EXPECT_EQ(Slurp(folder / "kept.txt"), "old");
+  write_both(100000);
+  EXPECT_THAT(folder.Names(), testing::UnorderedElementsAre("kept.txt", "a", "a/b", "a/b/large.bin"));
+  EXPECT_EQ(Slurp(folder / "kept.txt"), "new");
+}
+
+// The header: nothing has its name before Commit, and an inner batch is part of the outer one.
+TEST(FileBatch, AppearsAtTheOuterCommit) {
+  const TemporaryFolder folder;
+  {
+    FileBatch outer;
+    {
+      FileBatch inner;
+      WriteFileAtomically(folder / "x.txt", "x");
+      inner.Commit();
+    }
+    EXPECT_FALSE(std::filesystem::exists(folder / "x.txt"));
+    outer.Commit();
+    EXPECT_EQ(Slurp(folder / "x.txt"), "x");
+  }
+  WriteFileAtomically(folder / "y.txt", "y");
+  EXPECT_EQ(Slurp(folder / "y.txt"), "y") << "after the batch, files go to their places at once";
 }
 
 // mkdir(2): ENOTDIR for a path that leads through a file.
