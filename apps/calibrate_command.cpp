@@ -39,7 +39,8 @@ Outcome Summarize(const CalibrationResult& result, const std::string& stack_path
 }  // namespace
 
 int RunCalibrateCommand(int argc, char** argv) {
-  CommandLine command("calibrate", "Turn a session's raw frames into an aligned reflectance stack with its noise.");
+  CommandLine command("calibrate",
+                      "Turn a session's raw frames into an aligned reflectance stack with its noise.");
   std::filesystem::path session_dir;
   std::filesystem::path stack_path;
   CalibrationOptions options;
@@ -47,13 +48,16 @@ int RunCalibrateCommand(int argc, char** argv) {
   bool no_verify = false;
   command.app().add_option("SESSION", session_dir, "The session folder")->required();
   command.app().add_option("-o,--output", stack_path, "STACK.exr, or STACK.hdr for ENVI")->required();
-  command.app().add_option("--size", options.patch_px, "Pixels along a side of the patch (default 256)")
+  command.app()
+      .add_option("--size", options.patch_px, "Pixels along a side of the patch (default 256)")
       ->check(CLI::Range(16, 2048));
-  command.app().add_option("--edge-mask-px", options.edge_mask_px,
-                           "Pixels along the tape that are marked invalid (default 4)")
+  command.app()
+      .add_option("--edge-mask-px", options.edge_mask_px,
+                  "Pixels along the tape that are marked invalid (default 4)")
       ->check(CLI::Range(0.0, 64.0));
-  command.app().add_option("--spectralon-factor", options.spectralon_factor,
-                           "Factor on the certificate's reflectance, for polarized light (default 1)")
+  command.app()
+      .add_option("--spectralon-factor", options.spectralon_factor,
+                  "Factor on the certificate's reflectance, for polarized light (default 1)")
       ->check(CLI::Range(0.5, 2.0));
   command.app().add_flag("--no-align", no_align, "Align bands by the window alone");
   command.app().add_flag("--no-verify", no_verify, "Do not check the frames' SHA-256 first");

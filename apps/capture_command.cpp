@@ -14,7 +14,9 @@ namespace {
 
 std::atomic<bool> stop_asked{false};
 
-void AskToStop(int) { stop_asked = true; }
+void AskToStop(int) {
+  stop_asked = true;
+}
 
 Outcome Summarize(const CaptureSummary& summary, const CaptureOptions& options) {
   const std::string folder = options.out.string();
@@ -27,8 +29,12 @@ Outcome Summarize(const CaptureSummary& summary, const CaptureOptions& options) 
   outcome.text += line + folder + "\n";
   if (!summary.session.complete) outcome.text += "the session is not complete; go on with --resume\n";
   outcome.fill_json = [summary, folder](nlohmann::json& json) {
-    json = {{"session", folder},         {"complete", summary.session.complete}, {"frames_taken", summary.taken},
-            {"frames_kept", summary.kept}, {"frames_total", summary.total},        {"seconds", summary.seconds},
+    json = {{"session", folder},
+            {"complete", summary.session.complete},
+            {"frames_taken", summary.taken},
+            {"frames_kept", summary.kept},
+            {"frames_total", summary.total},
+            {"seconds", summary.seconds},
             {"warnings", summary.warnings}};
   };
   return outcome;
@@ -43,7 +49,8 @@ int RunCaptureCommand(int argc, char** argv) {
   command.app().add_option("--rig", options.rig, "rig.toml: camera, wheel, filters, references")->required();
   command.app().add_option("-o,--out", options.out, "The session folder to write")->required();
   command.app().add_flag("--resume", options.resume, "Go on with a session that was interrupted");
-  command.app().add_option("--scene", options.scene, "For simulated devices: a scene TOML instead of the rig's");
+  command.app().add_option("--scene", options.scene,
+                           "For simulated devices: a scene TOML instead of the rig's");
   return command.Run(argc, argv, [&] {
     std::signal(SIGINT, AskToStop);
     std::signal(SIGTERM, AskToStop);

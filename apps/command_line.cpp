@@ -26,7 +26,8 @@ std::string OneLine(std::string text) {
 
 }  // namespace
 
-CommandLine::CommandLine(const std::string& name, const std::string& summary) : app_(summary, "dermap " + name) {
+CommandLine::CommandLine(const std::string& name, const std::string& summary)
+    : app_(summary, "dermap " + name) {
   app_.add_flag("--json", json_, "Print one JSON object on stdout instead of text");
   app_.add_flag("-v,--verbose", verbose_, "Log what is being done on stderr");
   app_.add_option("--threads", threads_, "Threads to use (default 0: all cores)")->check(CLI::Range(0, 4096));
@@ -43,7 +44,8 @@ int CommandLine::Run(int argc, char** argv, const std::function<Outcome()>& body
   } catch (const CLI::CallForHelp& help) {
     return app_.exit(help);
   } catch (const CLI::ParseError& error) {
-    return ReportError(ExitCode::kBadInput, std::string(error.what()) + "; see " + app_.get_name() + " --help");
+    return ReportError(ExitCode::kBadInput,
+                       std::string(error.what()) + "; see " + app_.get_name() + " --help");
   }
   spdlog::set_default_logger(spdlog::stderr_color_mt("dermap"));
   spdlog::set_pattern("%^%l%$: %v");
@@ -55,7 +57,8 @@ int CommandLine::Run(int argc, char** argv, const std::function<Outcome()>& body
   } catch (const Error& error) {
     return ReportError(error.code(), error.what());
   } catch (const std::bad_alloc&) {
-    return ReportError(ExitCode::kBadInput, "not enough memory for this input; remedy: a smaller image or --size");
+    return ReportError(ExitCode::kBadInput,
+                       "not enough memory for this input; remedy: a smaller image or --size");
   } catch (const std::exception& error) {
     return ReportError(ExitCode::kBadInput, std::string("unexpected failure: ") + error.what());
   }
@@ -71,7 +74,8 @@ int CommandLine::Report(const Outcome& outcome) const {
     std::fputs(outcome.text.c_str(), stdout);
   }
   if (std::fflush(stdout) != 0) {
-    return ReportError(ExitCode::kStorage, "cannot write to standard output; remedy: free space or another target");
+    return ReportError(ExitCode::kStorage,
+                       "cannot write to standard output; remedy: free space or another target");
   }
   return static_cast<int>(outcome.code);
 }

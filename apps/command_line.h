@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// The frame of every command: parsing, --json, --threads, exit codes, and one sentence for whatever goes wrong.
+// The frame of every command: parsing, --json, --threads, exit codes, and one sentence for whatever goes
+// wrong.
 #pragma once
 
 #include <CLI/CLI.hpp>
@@ -11,7 +12,8 @@
 
 namespace dermap {
 
-// What a command did: a few lines for people, one JSON object for programs (--json prints it alone on stdout).
+// What a command did: a few lines for people, one JSON object for programs (--json prints it alone on
+// stdout).
 struct Outcome {
   ExitCode code = ExitCode::kSuccess;
   std::string text;

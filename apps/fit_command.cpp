@@ -28,17 +28,23 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("STACK", args.stack, "Reflectance stack, .exr or ENVI .hdr, from any rig")->required();
   app.add_option("-o,--output", args.output, "The fit folder to write")->required();
   app.add_option("--method", args.method, "fast (default) | descent");
-  app.add_option("--start", args.start, "descent starts from: average (default, [D08 6.3]) | local inversion");
+  app.add_option("--start", args.start,
+                 "descent starts from: average (default, [D08 6.3]) | local inversion");
   app.add_option("--metric", args.metric, "descent steps along: curvature (default) | plain gradient");
-  app.add_option("--profiles", args.options.profiles, "Source of the profiles (default " + args.options.profiles + ")");
+  app.add_option("--profiles", args.options.profiles,
+                 "Source of the profiles (default " + args.options.profiles + ")");
   app.add_option("--engine", args.engine, "pyramid (default) | cascade");
   app.add_option("--free", args.free, "auto (default), or names: C_m,beta_m,C_he,C_bc,C_hd");
-  app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the stack's own")->check(CLI::Range(1e-4, 100.0));
-  app.add_option("--size", args.options.size, "Fit at this many pixels along the longer side (default 0: by time)")
+  app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the stack's own")
+      ->check(CLI::Range(1e-4, 100.0));
+  app.add_option("--size", args.options.size,
+                 "Fit at this many pixels along the longer side (default 0: by time)")
       ->check(CLI::Range(0, 8192));
-  app.add_option("--time-budget-s", args.options.time_budget_s, "Seconds that the size is chosen for (default 60)")
+  app.add_option("--time-budget-s", args.options.time_budget_s,
+                 "Seconds that the size is chosen for (default 60)")
       ->check(CLI::Range(0.1, 1e6));
-  app.add_option("--max-iterations", args.options.max_iterations, "Default 400 [D08 6.3]")->check(CLI::Range(1, 1000000));
+  app.add_option("--max-iterations", args.options.max_iterations, "Default 400 [D08 6.3]")
+      ->check(CLI::Range(1, 1000000));
   app.add_option("--stop-chi2", args.options.stop_chi2, "Stop at this chi2 (default 1.02; 0: never)")
       ->check(CLI::Range(0.0, 1e9));
   app.add_option("--config", args.config, "TOML with a [tissue] table");
@@ -60,10 +66,12 @@ Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) 
   outcome.code = fit.converged ? ExitCode::kSuccess : ExitCode::kGoalNotReached;
   char line[300];
   std::snprintf(line, sizeof line,
-                "%s, %s profiles, %d x %d pixels, %zu bands: rms residual %.5f, chi2 per degree of freedom %.3f, %d renders, "
+                "%s, %s profiles, %d x %d pixels, %zu bands: rms residual %.5f, chi2 per degree of freedom "
+                "%.3f, %d renders, "
                 "%.1f s%s\n",
-                fit.method.c_str(), fit.profiles.c_str(), fit.maps.width(), fit.maps.height(), fit.bands.size(),
-                fit.rms_residual, fit.chi2, fit.renders, fit.seconds, fit.converged ? "" : ", NOT CONVERGED");
+                fit.method.c_str(), fit.profiles.c_str(), fit.maps.width(), fit.maps.height(),
+                fit.bands.size(), fit.rms_residual, fit.chi2, fit.renders, fit.seconds,
+                fit.converged ? "" : ", NOT CONVERGED");
   outcome.text = line;
   for (const std::string& decision : fit.decisions) outcome.text += "  " + decision + "\n";
   outcome.text += (directory / "report.html").string() + "\n";
@@ -78,7 +86,8 @@ Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) 
 }  // namespace
 
 int RunFitCommand(int argc, char** argv) {
-  CommandLine command("fit", "Recover the chromophore maps of a reflectance stack, with error bars and a report.");
+  CommandLine command("fit",
+                      "Recover the chromophore maps of a reflectance stack, with error bars and a report.");
   FitArguments args;
   AddOptions(command.app(), args);
   return command.Run(argc, argv, [&] {

@@ -18,14 +18,18 @@ struct Command {
 };
 
 constexpr std::array kCommands{
-    Command{"capture", "take one session: black, Spectralon and skin frames for every filter", RunCaptureCommand},
-    Command{"calibrate", "turn a session's raw frames into an aligned reflectance stack", RunCalibrateCommand},
+    Command{"capture", "take one session: black, Spectralon and skin frames for every filter",
+            RunCaptureCommand},
+    Command{"calibrate", "turn a session's raw frames into an aligned reflectance stack",
+            RunCalibrateCommand},
     Command{"fit", "recover the chromophore maps of a reflectance stack", RunFitCommand},
-    Command{"render", "render maps again: other light, other chromophores, other wavelengths", RunRenderCommand},
+    Command{"render", "render maps again: other light, other chromophores, other wavelengths",
+            RunRenderCommand},
 };
 
 void PrintUsage(std::FILE* out) {
-  std::fprintf(out, "dermap %s: from multi-spectral images of skin to maps of its chromophores\n\n", kVersion);
+  std::fprintf(out, "dermap %s: from multi-spectral images of skin to maps of its chromophores\n\n",
+               kVersion);
   std::fprintf(out, "Usage: dermap COMMAND [OPTIONS]\n\nCommands:\n");
   for (const Command& command : kCommands) {
     std::fprintf(out, "  %-10s %s\n", command.name.data(), command.summary.data());
@@ -57,4 +61,6 @@ int Main(int argc, char** argv) {
 }  // namespace
 }  // namespace dermap
 
-int main(int argc, char** argv) { return dermap::Main(argc, argv); }
+int main(int argc, char** argv) {
+  return dermap::Main(argc, argv);
+}

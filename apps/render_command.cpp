@@ -22,16 +22,23 @@ struct RenderArguments {
 
 void AddOptions(CLI::App& app, RenderArguments& args) {
   app.add_option("MAPS", args.maps, "maps.exr of a fit")->required();
-  app.add_option("-o,--output", args.output, "OUT.exr (or .hdr); the sRGB picture OUT.png comes beside it")->required();
-  app.add_option("--light", args.options.light,
-                 "uniform (default) | stripes:PERIODmm | spot:DIAMETERmm | LIGHT.exr: relative irradiance on the patch");
-  app.add_option("--edit", args.options.edits, "Change a map first, such as 'C_hd*=0.4'; may be given again");
-  app.add_option("--wavelengths-nm", args.options.wavelengths_nm, "Such as 450,500,550 (default: the maps' bands)")
-      ->delimiter(',');
-  app.add_option("--profiles", args.options.profiles, "Source of the profiles (default " + args.options.profiles + ")");
+  app.add_option("-o,--output", args.output, "OUT.exr (or .hdr); the sRGB picture OUT.png comes beside it")
+      ->required();
+  app.add_option(
+      "--light", args.options.light,
+      "uniform (default) | stripes:PERIODmm | spot:DIAMETERmm | LIGHT.exr: relative irradiance on the patch");
+  app.add_option("--edit", args.options.edits, "Change a map first, such as 'C_hd*=0.4'; may be given again")
+      ->allow_extra_args(false);
+  app.add_option("--wavelengths-nm", args.options.wavelengths_nm,
+                 "Such as 450,500,550 (default: the maps' bands)")
+      ->delimiter(',')
+      ->allow_extra_args(false);
+  app.add_option("--profiles", args.options.profiles,
+                 "Source of the profiles (default " + args.options.profiles + ")");
   app.add_option("--engine", args.engine, "pyramid (default) | cascade");
   app.add_option("--config", args.config, "TOML with a [tissue] table");
-  app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the maps' own")->check(CLI::Range(1e-4, 100.0));
+  app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the maps' own")
+      ->check(CLI::Range(1e-4, 100.0));
 }
 
 Outcome Summarize(const RenderResult& result, const std::filesystem::path& path) {
@@ -44,7 +51,10 @@ Outcome Summarize(const RenderResult& result, const std::filesystem::path& path)
                 result.image.height(), result.image.bands.size(), result.seconds);
   outcome.text += line + path.string() + "\n" + picture.string() + "\n";
   outcome.fill_json = [result, path, picture](nlohmann::json& json) {
-    json = {{"image", path.string()}, {"picture", picture.string()}, {"seconds", result.seconds}, {"notes", result.notes}};
+    json = {{"image", path.string()},
+            {"picture", picture.string()},
+            {"seconds", result.seconds},
+            {"notes", result.notes}};
   };
   return outcome;
 }
@@ -52,7 +62,8 @@ Outcome Summarize(const RenderResult& result, const std::filesystem::path& path)
 }  // namespace
 
 int RunRenderCommand(int argc, char** argv) {
-  CommandLine command("render", "Render maps again: under other light, with other chromophores, at other wavelengths.");
+  CommandLine command("render",
+                      "Render maps again: under other light, with other chromophores, at other wavelengths.");
   RenderArguments args;
   AddOptions(command.app(), args);
   return command.Run(argc, argv, [&] {
@@ -62,7 +73,8 @@ int RunRenderCommand(int argc, char** argv) {
     const MapsFile maps = ReadMaps(args.maps);
     const std::filesystem::path spectra = ConfigDirectory() / "spectra";
     ProgressBar bar("render");
-    const RenderResult result = RenderMaps(maps, args.options, Chromophores(spectra), spectra, bar.Function());
+    const RenderResult result =
+        RenderMaps(maps, args.options, Chromophores(spectra), spectra, bar.Function());
     WriteRender(args.output, result);
     return Summarize(result, args.output);
   });

@@ -49,7 +49,7 @@ std::vector<double> PerBand(const ReportContext& context, const std::vector<Plan
       values.push_back(NAN);
     } else {
       values.push_back(point != nullptr ? MeanAround(planes[band], point->x, point->y)
-                                        : MeanOf(planes[band]));
+                                        : MeanOf(WhereFinite(planes[band], context.fit().measured[band])));
     }
   }
   return values;
@@ -161,6 +161,7 @@ std::string CapturedSection(const ReportContext& context) {
     }
     body += "<h3>Calibration</h3>\n" + DrawTable(rows);
   }
+  if (!record.notes.empty()) body += "<p class=\"note\">" + EscapeHtml(record.notes) + "</p>\n";
   if (!record.correlation.empty()) body += "<p class=\"note\">" + EscapeHtml(record.correlation) + "</p>\n";
   std::string lead = "What the camera saw, and how it became reflectance.";
   if (!record.session.empty()) lead += " Session: " + record.session + ".";
@@ -203,7 +204,7 @@ std::string ComparisonSection(const ReportContext& context) {
     const Scale scale = RobustScale(fit.measured[band].values());
     html += "<div class=\"band\">" + BandLabel(context, band);
     html +=
-        Row("measured mean", MeanOf(fit.measured[band])) + Row("predicted mean", MeanOf(fit.predicted[band]));
+        Row("measured mean", MeanOf(fit.measured[band])) + Row("predicted mean", MeanOf(WhereFinite(fit.predicted[band], fit.measured[band])));
     if (band < fit.rms_residual_per_band.size()) html += Row("rms residual", fit.rms_residual_per_band[band]);
     html += "</div>\n" + DrawMapFigure(fit.measured[band], {"Measured", "", ColourMap::kGray, scale, ""});
     html += DrawMapFigure(fit.predicted[band], {"Predicted", "", ColourMap::kGray, scale, ""});
@@ -236,7 +237,7 @@ std::string ResidualSection(const ReportContext& context) {
   std::string left = "<div><h3>By band</h3>" + DrawChart(chart) + "</div>\n";
   std::string right;
   if (!fit.chi2_map.empty()) {
-    right = DrawMapFigure(fit.chi2_map, {"chi2 per degree of freedom", "of each pixel", ColourMap::kInferno,
+    right = DrawMapFigure(fit.chi2_map, {"chi2 per degree of freedom", "XX
                                          std::nullopt, SpreadNote(fit.chi2_map)});
   }
   return Section(

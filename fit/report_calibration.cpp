@@ -7,6 +7,7 @@
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
 #include "common/files/picture.h"
+#include "fit/report_parts.h"
 
 namespace dermap {
 namespace {
@@ -35,7 +36,7 @@ std::string TextOf(const json& object, const char* key) {
 std::string ShareOf(const json& object, const char* key) {
   const auto found = object.find(key);
   if (found == object.end() || !found->is_number()) return TextOf(object, key);
-  return FormatValue(100.0 * found->get<double>()) + " %";
+  return Percent(found->get<double>(), 3);
 }
 
 CalibratedBand ReadBand(const json& band) {
@@ -71,7 +72,11 @@ CalibrationPicture ReadPicture(const json& entry, const std::filesystem::path& f
 
 void Fill(CalibrationRecord& record, const json& root, const std::filesystem::path& folder) {
   record.session = TextOf(root, "session");
-  record.correlation = TextOf(root, "correlation");
+  const auto correlation = root.find("correlation");
+  if (correlation != root.end()) {  // numbers with a note for people, or a sentence
+    record.correlation = correlation->is_object() ? TextOf(*correlation, "note") : ForPeople(*correlation);
+  }
+  record.notes = TextOf(root, "notes");
   if (root.contains("bands") && root["bands"].is_array()) {
     for (const json& band : root["bands"]) {
       if (band.is_object()) record.bands.push_back(ReadBand(band));

@@ -23,6 +23,7 @@ struct CalibrationPicture {
 struct CalibrationRecord {
   std::string session;
   std::string correlation;  // of neighbouring pixels' noise
+  std::string notes;
   std::vector<CalibratedBand> bands;
   std::vector<CalibrationPicture> pictures;
   std::string problem;  // why there is nothing above, for the page

@@ -15,9 +15,9 @@ bool Uniform(const PlaneF& plane) {
 }
 
 // Value and truth share a scale, so that the eye may compare them.
-Scale CommonScale(const ReportedMap& map) {
-  if (!map.truth) return RobustScale(map.value->values());
-  const PlaneF both[] = {*map.value, *map.truth};
+Scale CommonScale(const PlaneF& value, const std::optional<PlaneF>& truth) {
+  if (!truth) return RobustScale(value.values());
+  const PlaneF both[] = {value, *truth};
   return RobustScale(std::span<const PlaneF>(both));
 }
 
@@ -34,20 +34,21 @@ std::string TruthFigures(const ReportedMap& map, const Scale& scale, const Plane
   std::string html = DrawMapFigure(
       *map.truth, {"True " + map.name, "same unit", ColourMap::kViridis, scale, SpreadNote(*map.truth)});
   html += DrawMapFigure(difference, {"Error of " + map.name, "fitted - true", ColourMap::kDiverging,
-                                     SymmetricScale(difference.values()),
+                                     SymmetricScale(WithoutMasked(difference, flags).values()),
                                      "relative error: median " + Percent(error.median_relative) +
                                          ", 90th percentile " + Percent(error.percentile_90_relative)});
   return html;
 }
 
 std::string MapRow(const ReportedMap& map, const Plane<std::uint32_t>& flags) {
-  const Scale scale = CommonScale(map);
+  const PlaneF measured = WithoutMasked(*map.value, flags);
+  const Scale scale = CommonScale(measured, map.truth);
   std::string html =
-      DrawMapFigure(*map.value, {map.name, map.unit, ColourMap::kViridis, scale, SpreadNote(*map.value)});
+      DrawMapFigure(*map.value, {map.name, map.unit, ColourMap::kViridis, scale, SpreadNote(measured)});
   if (map.free && map.sigma != nullptr) {
-    MapFigure figure{"sigma of " + map.name, "same unit", ColourMap::kMagma, std::nullopt,
-                     SpreadNote(*map.sigma)};
-    html += DrawMapFigure(*map.sigma, figure);
+    const PlaneF sigma = WithoutMasked(*map.sigma, flags);
+    html += DrawMapFigure(*map.sigma, {"sigma of " + map.name, "same unit", ColourMap::kMagma,
+                                       RobustScale(sigma.values()), SpreadNote(sigma)});
   } else {
     html += "<p class=\"note\">Not free, so without an error bar.</p>\n";
   }

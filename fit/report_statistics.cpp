@@ -163,4 +163,20 @@ double MeanOf(const PlaneF& plane) {
   return count > 0 ? sum / static_cast<double>(count) : kNan;
 }
 
+PlaneF WhereFinite(const PlaneF& plane, const PlaneF& reference) {
+  PlaneF result = plane;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (!std::isfinite(reference.data()[i])) result.data()[i] = static_cast<float>(kNan);
+  }
+  return result;
+}
+
+PlaneF WithoutMasked(const PlaneF& plane, const Plane<std::uint32_t>& flags) {
+  PlaneF result = plane;
+  for (std::size_t i = 0; i < result.size(); ++i) {
+    if (Masked(flags, i)) result.data()[i] = static_cast<float>(kNan);
+  }
+  return result;
+}
+
 }  // namespace dermap

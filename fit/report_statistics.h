@@ -55,5 +55,9 @@ std::vector<NamedPoint> NamedPoints(const FitResult& fit);
 double MeanAround(const PlaneF& plane, int x, int y);
 // Mean of the finite values; NaN without any.
 double MeanOf(const PlaneF& plane);
+// The plane with NaN wherever `reference` has no finite value: for means over the same pixels.
+PlaneF WhereFinite(const PlaneF& plane, const PlaneF& reference);
+// The plane with NaN wherever the fit masked the pixel: scales and quantiles are those of what was measured.
+PlaneF WithoutMasked(const PlaneF& plane, const Plane<std::uint32_t>& flags);
 
 }  // namespace dermap

@@ -18,6 +18,8 @@
 namespace dermap {
 namespace {
 
+constexpr int kPngLevel = 6;  // zlib's default; OpenCV's is 1, which makes reports half as large again
+
 using Palette = std::array<Rgb8, 256>;
 
 Palette FromOpenCv(int opencv_map) {
@@ -93,7 +95,7 @@ void AppendFinite(std::span<const float> values, std::vector<float>& finite) {
 
 std::vector<std::byte> EncodeMat(const cv::Mat& picture) {
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", picture, bytes)) throw StorageError("A picture could not be encoded as PNG.");
+  if (!cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, kPngLevel})) throw StorageError("A picture could not be encoded as PNG.");
   const auto* begin = reinterpret_cast<const std::byte*>(bytes.data());
   return {begin, begin + bytes.size()};
 }
@@ -206,8 +208,12 @@ std::string FormatTick(double value, double step) {
 std::string FormatValue(double value, int digits) {
   if (std::isnan(value)) return "-";
   char text[48];
-  std::snprintf(text, sizeof text, "%.*g", digits, value);
-  if (std::abs(value) >= 1e3 && std::abs(value) < 1e7) std::snprintf(text, sizeof text, "%.0f", value);
+  const bool whole = std::abs(value) >= std::pow(10.0, digits) - 0.5 && std::abs(value) < 1e7;
+  if (whole) {
+    std::snprintf(text, sizeof text, "%.0f", value);
+  } else {
+    std::snprintf(text, sizeof text, "%.*g", digits, value);
+  }
   return text;
 }
 

@@ -172,7 +172,7 @@ std::string SpectralKeys(const ReflectanceStack& stack) {
                                   std::pair(kCorrelationY, &stack.noise_correlation_y)}) {
     if (lags->empty()) continue;
     std::vector<std::string> numbers;
-    for (float correlation : *lags) numbers.push_back(FormatNumber(correlation));
+    for (float correlation : *lags) numbers.push_back(FormatNumber(DecimalOf(correlation)));
     text += fmt::format("\n{} = {{{}}}", key, Join(numbers, ", "));
   }
   return text + "\n";

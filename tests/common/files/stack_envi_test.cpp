@@ -153,6 +153,8 @@ TEST_F(StackEnviTest, ComesBackAsWritten) {
   written.valid(3, 2) = 0.0f;
   written.pixel_size_mm = 0.029296875;
   written.illumination = Illumination::kUniform;
+  written.noise_correlation_x = {0.4f, -0.05f};
+  written.noise_correlation_y = {0.3f};
   written.notes["subject"] = "S01 = {left}";
   WriteReflectanceStack(folder_ / "s.hdr", written);
   EXPECT_THAT(folder_.Names(), UnorderedElementsAre("s.hdr", "s.img", "s_sigma.hdr", "s_sigma.img",
@@ -169,6 +171,8 @@ TEST_F(StackEnviTest, ComesBackAsWritten) {
   EXPECT_EQ(read.valid(2, 3), 1.0f);
   EXPECT_EQ(read.pixel_size_mm, 0.029296875);
   EXPECT_EQ(read.illumination, Illumination::kUniform);
+  EXPECT_EQ(read.noise_correlation_x, written.noise_correlation_x);
+  EXPECT_EQ(read.noise_correlation_y, written.noise_correlation_y);
   EXPECT_EQ(read.notes.at("subject"), "S01 = (left)") << "braces would open a list";
 }
 
@@ -197,6 +201,8 @@ TEST_F(StackEnviTest, RejectsHeadersThatCannotBe) {
               HasSubstr("window or uniform"));
   EXPECT_THAT(SentenceFor(Header(kNm + "dermap sigma header = ../x.hdr\n"), data), HasSubstr("beside it"));
   EXPECT_THAT(SentenceFor(Header(kNm + "dermap sigma header = none.hdr\n"), data), HasSubstr("none.hdr"));
+  EXPECT_THAT(SentenceFor(Header(kNm + "dermap noise correlation x = {2}\n"), data),
+              HasSubstr("between -1 and 1"));
   EXPECT_THAT(SentenceFor(Header(kNm + "bbl = {0, 0}\n"), data), HasSubstr("every band as bad"));
 }
 

@@ -41,6 +41,8 @@ ReflectanceStack MakeStack() {
   stack.illumination = Illumination::kUniform;
   stack.tape = Tape::kBlack;
   stack.geometry = Geometry::kFactor0_30;
+  stack.noise_correlation_x = {0.4f, -0.05f};
+  stack.noise_correlation_y = {0.25f};
   stack.notes["subject"] = "S01 \"é\"";
   return stack;
 }
@@ -88,6 +90,8 @@ TEST_F(StackExrTest, ComesBackAsWritten) {
   EXPECT_EQ(read.illumination, Illumination::kUniform);
   EXPECT_EQ(read.tape, Tape::kBlack);
   EXPECT_EQ(read.geometry, Geometry::kFactor0_30);
+  EXPECT_EQ(read.noise_correlation_x, written.noise_correlation_x);
+  EXPECT_EQ(read.noise_correlation_y, written.noise_correlation_y);
   EXPECT_EQ(read.notes, written.notes);
 }
 
@@ -233,6 +237,12 @@ TEST_F(StackExrTest, RejectsAttributesThatCannotBe) {
   EXPECT_THAT(SentenceFor(OneBand().Floats("dermap:fwhmNm", {10, 10}).Build()),
               HasSubstr("has 2 values; expected 1"));
   EXPECT_THAT(SentenceFor(OneBand().Floats("dermap:fwhmNm", {-1}).Build()), HasSubstr("width of -1 nm"));
+  EXPECT_THAT(SentenceFor(OneBand().Floats("dermap:noiseCorrelationX", {0.5f, 1.5f}).Build()),
+              HasSubstr("between -1 and 1"));
+  EXPECT_THAT(SentenceFor(OneBand().Floats("dermap:noiseCorrelationY", std::vector<float>(17, 0.1f)).Build()),
+              HasSubstr("at most 16"));
+  EXPECT_THAT(SentenceFor(OneBand().Text("dermap:noiseCorrelationX", "0.5").Build()),
+              HasSubstr("not a list of floats"));
   EXPECT_THAT(SentenceFor(OneBand().Text("spectralLayoutVersion", "2.0").Build()), HasSubstr("expected 1.0"));
 }
 
