@@ -21,9 +21,6 @@ constexpr double kRestFall = 0.02;  // a size is done once a step lowers its mis
 constexpr double kRangePrecision = 1.0;  // of average skin, scaled units: the variance of table 1's range
 constexpr double kFirstDamping = 1e-3;   // share of the mean of a pixel's diagonal
 
-// Model errors that noise does not hold: averaging over areas does not commute with the model.
-constexpr double kReductionError = 0.002;  // of the reflectance
-
 // A step in every pixel: data, range prior, and the coarser solution as a prior where there is one.
 ParameterMaps StepAll(const PatchProblem& problem, const FitState& state, const ParameterMaps* coarser,
                       double damping) {
@@ -79,15 +76,6 @@ std::vector<int> Sizes(int size) {
   while (sizes.back() % 2 == 0 && sizes.back() / 2 >= kCoarsestSize) sizes.push_back(sizes.back() / 2);
   std::reverse(sizes.begin(), sizes.end());
   return sizes;
-}
-
-void AddReductionError(FitData& data) {
-  for (int b = 0; b < data.band_count(); ++b) {
-    for (std::size_t i = 0; i < data.measured[b].size(); ++i) {
-      float& sigma = data.sigma[b].data()[i];
-      sigma = static_cast<float>(std::hypot(sigma, kReductionError * data.measured[b].data()[i]));
-    }
-  }
 }
 
 }  // namespace

@@ -159,7 +159,13 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   const ModelMaker make_model = [&](const ImagingConditions& conditions) {
     return ForwardModel(chromophores, *source, options.tissue, data.bands, conditions, options.forward);
   };
+  const int full_width = data.width();
   data = ReduceData(data, ChooseSize(data, options, make_model, space.count(), log), space.count());
+  if (data.width() < full_width) {
+    AddReductionError(data);
+    log.Decide(
+        Format("Sigma was widened by %g of the reflectance for the averaging of areas.", kReductionError));
+  }
   const ForwardModel model = make_model(data.conditions);
   PatchProblem problem(data, model, space);
   Outcome outcome = options.method == FitMethod::kDescent ? RunDescent(problem, options, log)

@@ -203,8 +203,8 @@ std::string ComparisonSection(const ReportContext& context) {
   for (std::size_t band = 0; band < fit.bands.size(); ++band) {
     const Scale scale = RobustScale(fit.measured[band].values());
     html += "<div class=\"band\">" + BandLabel(context, band);
-    html +=
-        Row("measured mean", MeanOf(fit.measured[band])) + Row("predicted mean", MeanOf(WhereFinite(fit.predicted[band], fit.measured[band])));
+    html += Row("measured mean", MeanOf(fit.measured[band])) +
+            Row("predicted mean", MeanOf(WhereFinite(fit.predicted[band], fit.measured[band])));
     if (band < fit.rms_residual_per_band.size()) html += Row("rms residual", fit.rms_residual_per_band[band]);
     html += "</div>\n" + DrawMapFigure(fit.measured[band], {"Measured", "", ColourMap::kGray, scale, ""});
     html += DrawMapFigure(fit.predicted[band], {"Predicted", "", ColourMap::kGray, scale, ""});
@@ -237,8 +237,9 @@ std::string ResidualSection(const ReportContext& context) {
   std::string left = "<div><h3>By band</h3>" + DrawChart(chart) + "</div>\n";
   std::string right;
   if (!fit.chi2_map.empty()) {
-    right = DrawMapFigure(fit.chi2_map, {"chi2 per degree of freedom", "XX
-                                         std::nullopt, SpreadNote(fit.chi2_map)});
+    const PlaneF chi2 = WithoutMasked(fit.chi2_map, fit.flags);
+    right = DrawMapFigure(fit.chi2_map, {"chi2 per degree of freedom", "of each pixel", ColourMap::kInferno,
+                                         RobustScale(chi2.values()), SpreadNote(chi2)});
   }
   return Section(
       "residual", "Residual",

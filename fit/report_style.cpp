@@ -70,7 +70,7 @@ img.ramp { width: 100%; height: 10px; max-width: none; border-radius: 2px; outli
 table { border-collapse: collapse; width: 100%; font-size: 13.5px; font-variant-numeric: tabular-nums; }
 th { text-align: left; font-weight: 650; color: var(--soft); font-size: 12.5px; vertical-align: bottom; }
 th, td { padding: 6px 14px 6px 0; border-bottom: 1px solid var(--line); }
-td { vertical-align: top; }
+td { vertical-align: top; } .nowrap { white-space: nowrap; }
 tbody tr:last-child td { border-bottom: 0; }
 .flag img.pixels { width: 84px; max-width: none; }
 .triples { display: grid; grid-template-columns: 118px repeat(3, minmax(0, 1fr)); gap: 14px 18px; align-items: start; max-width: 1060px; }

@@ -148,10 +148,12 @@ std::string ConvergenceSection(const ReportContext& context) {
     body += "<p class=\"note\">" + std::to_string(last.iteration) + " iterations, " +
             std::to_string(last.renders) + " renders, " + FormatValue(last.seconds) + " s.</p>\n";
   }
-  return Section("convergence", "Convergence",
-                 "How the difference between prediction and measurement fell with the work done. The "
-                 "vertical axes are logarithmic.",
-                 body);
+  return Section(
+      "convergence", "Convergence",
+      "How the difference between prediction and measurement fell with the work done. The "
+      "vertical axes are logarithmic. Steps upwards: a method that goes from coarse to fine moved on "
+      "to a finer size.",
+      body);
 }
 
 std::string FlagsSection(const ReportContext& context) {
@@ -173,7 +175,8 @@ std::string FlagsSection(const ReportContext& context) {
     rows.push_back(
         {"<div class=\"flag\">" + ImageTag(only, info.name) + "</div>",
          "<span class=\"key\" style=\"background:" + Hex(info.colour) + "\"></span><b>" + info.name + "</b>",
-         Percent(SharePixels(flags, info.flag), 3), EscapeHtml(info.meaning)});
+         "<span class=\"nowrap\">" + Percent(SharePixels(flags, info.flag), 3) + "</span>",
+         EscapeHtml(info.meaning)});
   }
   const std::string map = "<figure><figcaption><b>All flags</b></figcaption>" +
                           ImageTag(composite, "all flags") +

@@ -111,6 +111,15 @@ FitData ReduceData(const FitData& data, int size, int free_count) {
   return reduced;
 }
 
+void AddReductionError(FitData& data) {
+  for (int b = 0; b < data.band_count(); ++b) {
+    for (std::size_t i = 0; i < data.measured[b].size(); ++i) {
+      float& sigma = data.sigma[b].data()[i];
+      sigma = static_cast<float>(std::hypot(sigma, kReductionError * data.measured[b].data()[i]));
+    }
+  }
+}
+
 PlaneF ResizeLinear(const PlaneF& plane, int width, int height) {
   PlaneF out(width, height);
   const double step_x = static_cast<double>(plane.width()) / width;

@@ -95,7 +95,8 @@ void AppendFinite(std::span<const float> values, std::vector<float>& finite) {
 
 std::vector<std::byte> EncodeMat(const cv::Mat& picture) {
   std::vector<std::uint8_t> bytes;
-  if (!cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, kPngLevel})) throw StorageError("A picture could not be encoded as PNG.");
+  if (!cv::imencode(".png", picture, bytes, {cv::IMWRITE_PNG_COMPRESSION, kPngLevel}))
+    throw StorageError("A picture could not be encoded as PNG.");
   const auto* begin = reinterpret_cast<const std::byte*>(bytes.data());
   return {begin, begin + bytes.size()};
 }

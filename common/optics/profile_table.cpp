@@ -170,31 +170,14 @@ double TypicalDermisAbsorption(double wavelength_nm) {
   return wavelength_nm < 595.0 ? 0.3 : 0.08;
 }
 
-EpidermisOptics EpidermisOf(const TissueConfig& config, double wavelength_nm, double mu_a) {
-  return {.layer = {.mu_a = mu_a,
-                    .mu_s_reduced = ReducedScatteringEpidermis(wavelength_nm, config),
-                    .n = config.n_epidermis},
-          .thickness_mm = config.epidermis_thickness_mm,
-          .n_above = config.n_outside,
-          .n_below = config.n_dermis,
-          .dermis = {.mu_a = TypicalDermisAbsorption(wavelength_nm)}};
-}
-
-DermisOptics DermisOf(const TissueConfig& config, double mu_a, double mu_s_reduced) {
-  return {.layer = {.mu_a = mu_a, .mu_s_reduced = mu_s_reduced, .n = config.n_dermis},
-          .n_above = config.n_epidermis,
-          .epidermis_thickness_mm = config.epidermis_thickness_mm};
-}
-
 EntryResult BuildEntry(const ProfileSource& source, const GaussianFitter& fitter, double wavelength_nm,
                        const TissueConfig& config, double mu_a, const EntryResult& neighbour) {
   const auto k = TableFrequencies_per_mm();
-  auto optics = EpidermisOf(config, wavelength_nm, mu_a);
+  auto optics = EpidermisOpticsOf(config, wavelength_nm, mu_a);
   const auto epidermis = source.Epidermis(optics, k);
   optics.black_above = true;
   const auto taped = source.Epidermis(optics, k);
-  const auto dermis =
-      source.Dermis(DermisOf(config, mu_a, ReducedScatteringDermis(wavelength_nm, config)), k);
+  const auto dermis = source.Dermis(DermisOpticsOf(config, wavelength_nm, mu_a), k);
 
   EntryResult entry;
   const auto fit = [&](Response response, const std::vector<double>& transform) {
@@ -264,15 +247,33 @@ BandTables TablesFromCostly(const ProfileSource& source, double wavelength_nm, c
   const TableCache cache;
   const std::string recipe = TableCache::Recipe(source.Name(), wavelength_nm, config);
   if (auto kept = cache.Load(recipe)) return *std::move(kept);
-  const SampledSource sampled(source, EpidermisOf(config, wavelength_nm, 0.0),
-                              DermisOf(config, 0.0, ReducedScatteringDermis(wavelength_nm, config)),
-                              TableFrequencies_per_mm(), kTableMinMuA, kTableMaxMuA);
+  const SampledSource sampled(source, EpidermisOpticsOf(config, wavelength_nm, 0.0),
+                              DermisOpticsOf(config, wavelength_nm, 0.0), TableFrequencies_per_mm(),
+                              kTableMinMuA, kTableMaxMuA);
   BandTables tables = TablesFrom(sampled, wavelength_nm, config);
   cache.Store(recipe, tables);
   return tables;
 }
 
 }  // namespace
+
+EpidermisOptics EpidermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a) {
+  return {.layer = {.mu_a = mu_a,
+                    .mu_s_reduced = ReducedScatteringEpidermis(wavelength_nm, config),
+                    .n = config.n_epidermis},
+          .thickness_mm = config.epidermis_thickness_mm,
+          .n_above = config.n_outside,
+          .n_below = config.n_dermis,
+          .dermis = {.mu_a = TypicalDermisAbsorption(wavelength_nm)}};
+}
+
+DermisOptics DermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a) {
+  return {.layer = {.mu_a = mu_a,
+                    .mu_s_reduced = ReducedScatteringDermis(wavelength_nm, config),
+                    .n = config.n_dermis},
+          .n_above = config.n_epidermis,
+          .epidermis_thickness_mm = config.epidermis_thickness_mm};
+}
 
 BandTables BuildBandTables(const ProfileSource& source, double wavelength_nm, const TissueConfig& config) {
   Validate(config);

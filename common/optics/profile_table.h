@@ -87,6 +87,11 @@ struct BandTables {
 // honour.
 BandTables BuildBandTables(const ProfileSource& source, double wavelength_nm, const TissueConfig& config);
 
+// The layers that a table entry stands for, mu_a in 1/mm, with the typical neighbours whose light tables
+// assume.
+EpidermisOptics EpidermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a);
+DermisOptics DermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a);
+
 // Weights w >= 0 of the Gaussians, fitted on the transform's side by non-negative least squares, their sum
 // made equal to the total transform[0] (k_per_mm[0] must be 0, the others ascend); all 0 where the total is
 // not positive. A profile that is no mixture of Gaussians cannot be met exactly by weights >= 0.

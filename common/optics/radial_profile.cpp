@@ -9,6 +9,7 @@
 
 #include "common/optics/fresnel.h"
 #include "common/optics/gauss_legendre.h"
+#include "common/optics/layers.h"
 
 namespace dermap {
 namespace {
@@ -88,20 +89,6 @@ std::vector<double> HankelWeights(const std::vector<double>& samples, double rad
 
 }  // namespace
 
-std::vector<double> TwoLayerTransform(const EpidermisTransforms& epidermis, const DermisTransforms& dermis,
-                                      double junction_absorbance) {
-  const double a2 = std::exp(-2.0 * junction_absorbance);
-  std::vector<double> two_layers;
-  for (std::size_t i = 0; i < epidermis.r_forward.size(); ++i) {
-    const double first =
-        epidermis.t_ballistic * dermis.r_normal[i] + epidermis.t_forward[i] * dermis.r_diffuse[i];
-    two_layers.push_back(epidermis.r_forward[i] +
-                         first * a2 * epidermis.t_backward[i] /
-                             (1.0 - a2 * epidermis.r_backward[i] * dermis.r_diffuse[i]));
-  }
-  return two_layers;
-}
-
 RadialProfile::RadialProfile(std::span<const double> radii_mm) : radii_mm_(radii_mm.begin(), radii_mm.end()) {
   for (const double radius : radii_mm_) weights_.push_back(HankelWeights(AllFrequencies(), radius));
 }
@@ -114,7 +101,7 @@ std::span<const double> RadialProfile::Frequencies_per_mm(double mu_t) {
 
 std::vector<double> RadialProfile::At(const EpidermisOptics& optics, const EpidermisTransforms& epidermis,
                                       const DermisTransforms& dermis, double junction_absorbance) const {
-  std::vector<double> transform = TwoLayerTransform(epidermis, dermis, junction_absorbance);
+  std::vector<double> transform = TwoLayerReflectance(epidermis, dermis, junction_absorbance);
   const bool split = !epidermis.r_single.empty();
   if (split) {
     for (std::size_t i = 0; i < transform.size(); ++i) transform[i] -= epidermis.r_single[i];

@@ -9,11 +9,6 @@
 
 namespace dermap {
 
-// The two-layer response at each frequency [D08 eq. 3, mended; eq. 8]:
-// R1+ + (Tb R2n + T1+ R2d) A^2 T1- / (1 - A^2 R1- R2d), A = exp(-junction_absorbance).
-std::vector<double> TwoLayerTransform(const EpidermisTransforms& epidermis, const DermisTransforms& dermis,
-                                      double junction_absorbance);
-
 // R(r) = 1/(2 pi) int k R(k) J_0(k r) dk, as weights on the transform's samples, made once for all skins.
 // Where the source knows single scattering, that part, which is singular at r = 0, is integrated in real
 // space instead.

@@ -9,6 +9,7 @@
 #include <numeric>
 
 #include "common/core/parallel.h"
+#include "common/optics/sampled_source.h"
 
 namespace dermap {
 namespace {
@@ -51,38 +52,33 @@ std::vector<FilterNode> FilterNodes(const Band& band) {
 }
 
 BandTables BuildBandTotals(const ProfileSource& source, double wavelength_nm, const TissueConfig& tissue) {
-  EpidermisOptics epidermis;
-  epidermis.layer.mu_s_reduced = ReducedScatteringEpidermis(wavelength_nm, tissue);
-  epidermis.layer.n = tissue.n_epidermis;
-  epidermis.thickness_mm = tissue.epidermis_thickness_mm;
-  epidermis.n_above = tissue.n_outside;
-  epidermis.n_below = tissue.n_dermis;
-  DermisOptics dermis;
-  dermis.layer.mu_s_reduced = ReducedScatteringDermis(wavelength_nm, tissue);
-  dermis.layer.n = tissue.n_dermis;
-  dermis.n_above = tissue.n_epidermis;
-
   const double total_only[] = {0.0};
   std::array<std::vector<double>, 8> totals;
   for (std::vector<double>& values : totals) values.resize(kTableSize);
-  ParallelFor(kTableSize, [&](int i) {
-    EpidermisOptics upper = epidermis;
-    upper.layer.mu_a = TableMuA(i);
-    EpidermisOptics black = upper;
-    black.black_above = true;
-    DermisOptics lower = dermis;
-    lower.layer.mu_a = TableMuA(i);
-    const EpidermisTransforms first = source.Epidermis(upper, total_only);
-    const DermisTransforms second = source.Dermis(lower, total_only);
-    totals[0][i] = first.r_forward[0];
-    totals[1][i] = first.t_forward[0];
-    totals[2][i] = first.t_ballistic;
-    totals[3][i] = first.r_backward[0];
-    totals[4][i] = first.t_backward[0];
-    totals[5][i] = source.Epidermis(black, total_only).r_backward[0];
-    totals[6][i] = second.r_diffuse[0];
-    totals[7][i] = second.r_normal[0];
-  });
+  const auto ask = [&](const ProfileSource& from, int i) {
+    EpidermisOptics epidermis = EpidermisOpticsOf(tissue, wavelength_nm, TableMuA(i));
+    const EpidermisTransforms upper = from.Epidermis(epidermis, total_only);
+    epidermis.black_above = true;
+    const EpidermisTransforms taped = from.Epidermis(epidermis, total_only);
+    const DermisTransforms lower =
+        from.Dermis(DermisOpticsOf(tissue, wavelength_nm, TableMuA(i)), total_only);
+    totals[0][i] = upper.r_forward[0];
+    totals[1][i] = upper.t_forward[0];
+    totals[2][i] = upper.t_ballistic;
+    totals[3][i] = upper.r_backward[0];
+    totals[4][i] = upper.t_backward[0];
+    totals[5][i] = taped.r_backward[0];
+    totals[6][i] = lower.r_diffuse[0];
+    totals[7][i] = lower.r_normal[0];
+  };
+  if (source.IsCostly()) {
+    const SampledSource sampled(source, EpidermisOpticsOf(tissue, wavelength_nm, 0.0),
+                                DermisOpticsOf(tissue, wavelength_nm, 0.0), total_only, kTableMinMuA,
+                                kTableMaxMuA);
+    for (int i = 0; i < kTableSize; ++i) ask(sampled, i);
+  } else {
+    for (int i = 0; i < kTableSize; ++i) ask(source, i);
+  }
   BandTables tables;
   tables.wavelength_nm = wavelength_nm;
   ProfileTable* const responses[] = {&tables.r1_forward,  &tables.t1_forward,  &tables.t1_ballistic,

@@ -53,6 +53,20 @@ TEST(ReportStatistics, TruthErrorLeavesOutWhatItMust) {
   EXPECT_TRUE(std::isnan(error.share_within_1_sigma));
 }
 
+// By hand: the pixel without a measurement, and the masked one, take no part.
+TEST(ReportStatistics, MeansAreOverTheMeasuredPixels) {
+  PlaneF predicted(3, 1, 1.0f), measured(3, 1, 1.0f);
+  predicted(2, 0) = 10.0f;
+  measured(2, 0) = NAN;
+  EXPECT_EQ(MeanOf(predicted), 4.0);
+  EXPECT_EQ(MeanOf(WhereFinite(predicted, measured)), 1.0);
+  Plane<std::uint32_t> flags(3, 1);
+  flags(2, 0) = kFlagSaturated | kFlagAtBound;
+  flags(1, 0) = kFlagAtBound;
+  EXPECT_EQ(MeanOf(WithoutMasked(predicted, flags)), 1.0);
+  EXPECT_EQ(MeanOf(WithoutMasked(predicted, {})), 4.0);
+}
+
 // The sample's freckle of most melanin is centred at (0.62, 0.45) of the patch (sample_fit.cpp).
 TEST(ReportStatistics, PointsAreWhereTheirNamesSay) {
   const SampleFit sample = MakeSampleFit(80, 80);

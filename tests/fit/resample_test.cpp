@@ -64,6 +64,14 @@ TEST(ReduceData, KeepsPixelsSquareAndNeverEnlarges) {
   EXPECT_EQ(ReduceData(Data(4, 4), 9, 1).width(), 4);
 }
 
+// Independent errors add in squares, by hand: 0.02 of noise and 0.002 * 11 of reduction.
+TEST(ReduceData, ReductionErrorWidensSigma) {
+  FitData data = Data(4, 4);
+  AddReductionError(data);
+  EXPECT_NEAR(data.sigma[0](1, 1), std::hypot(0.02, 0.022), 1e-7);
+  EXPECT_NEAR(data.sigma[0](0, 0), 0.02, 1e-7);
+}
+
 // Linear interpolation reproduces a ramp between the outer centres, and a constant everywhere.
 TEST(ResizeLinear, KeepsRampsAndConstants) {
   PlaneF ramp(4, 3);

@@ -135,8 +135,12 @@ Operators AddingDoubling::Slab(int layer) const {
   const Eigen::MatrixXd identity = Eigen::MatrixXd::Identity(n, n);
   const Eigen::VectorXd inverse_mu =
       Eigen::Map<const Eigen::VectorXd>(nodes_.mu[medium].data(), n).cwiseInverse();
-  const Eigen::MatrixXd same = Redistribution(nodes_.mu[medium], nodes_.weight[medium], l.g, 1.0);
-  const Eigen::MatrixXd other = Redistribution(nodes_.mu[medium], nodes_.weight[medium], l.g, -1.0);
+  Eigen::MatrixXd same = Redistribution(nodes_.mu[medium], nodes_.weight[medium], l.g, 1.0);
+  Eigen::MatrixXd other = Redistribution(nodes_.mu[medium], nodes_.weight[medium], l.g, -1.0);
+  // The quadrature of a peaked phase function misses its norm by a little; no light may be lost by that.
+  const Eigen::RowVectorXd norm = (same.colwise().sum() + other.colwise().sum()).cwiseInverse();
+  same = (same * norm.asDiagonal()).eval();
+  other = (other * norm.asDiagonal()).eval();
   // Each flux loses (or scatters) its share over half of the thin slab: the diamond scheme.
   const Eigen::MatrixXd loss = 0.5 * start * (identity - albedo * same) * inverse_mu.asDiagonal();
   const Eigen::MatrixXd back = 0.5 * start * albedo * other * inverse_mu.asDiagonal();

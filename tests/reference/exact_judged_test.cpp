@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/optics/exact_profile_source.h"
+#include "common/optics/layers.h"
 #include "common/optics/profile_table.h"
 #include "common/optics/radial_profile.h"
 #include "tests/reference/adding_doubling.h"
@@ -158,7 +159,7 @@ TEST(RadialProfile, IntegratesToTheTotal) {
     sum += 2.0 * 3.14159265 * radii[i] * radii[i] * profile[i] * step;
   // Light within 1 micrometre of the beam is not summed: about r R(r) is constant there.
   sum += 2.0 * 3.14159265 * radii[0] * radii[0] * profile[0];
-  EXPECT_NEAR(sum / TwoLayerTransform(epidermis, dermis, 0.0)[0], 1.0, 5e-3);
+  EXPECT_NEAR(sum / TwoLayerReflectance(epidermis, dermis, 0.0)[0], 1.0, 5e-3);
 }
 
 }  // namespace

@@ -95,6 +95,7 @@ TEST_F(MapsTest, TakeDefaultsWhereTheFileSaysNothing) {
 TEST_F(MapsTest, RejectWhatCannotBe) {
   EXPECT_THAT(SentenceFor(FiveChannels(NAN)),
               AllOf(HasSubstr("some.exr"), HasSubstr("C_m is nan at pixel (2, 1)")));
+  EXPECT_THAT(SentenceFor(FiveChannels(INFINITY)), HasSubstr("C_m is inf"));
   EXPECT_THAT(SentenceFor(FiveChannels(-0.5)), HasSubstr("C_m is -0.5 at pixel (2, 1)"));
   EXPECT_THAT(SentenceFor(ExrBuilder(4, 3).Channel("C_m", ExrType::kFloat, [](int, int) { return 0.5; })),
               AllOf(HasSubstr("no channel 'beta_m'"), HasSubstr("its channels: C_m")));

@@ -132,6 +132,8 @@ TEST(Picture, TicksAreRound) {
   EXPECT_EQ(FormatTick(2e-5, 1e-5), "2e-05");
   EXPECT_EQ(FormatValue(0.12345), "0.123");
   EXPECT_EQ(FormatValue(12345.6), "12346");
+  EXPECT_EQ(FormatValue(99.6, 2), "100");
+  EXPECT_EQ(FormatValue(0.99999), "1");
   EXPECT_EQ(FormatValue(NAN), "-");
 }
 

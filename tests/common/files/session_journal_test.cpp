@@ -44,8 +44,9 @@ TEST(Journal, SurvivesATornLastLineOfAnyLength) {
   const auto path = folder / "journal.jsonl";
   {
     Journal journal(path);
-    journal.Append({{"number", 1}});
-    journal.Append({{"number", 2}});
+    journal.Append(
+        {{"number", 1}, {"file", "frames/0001_black_0nm.dng"}});  // longer than what follows a tear
+    journal.Append({{"number", 2}, {"file", "frames/0002_skin_450nm.dng"}});
   }
   const std::string whole = Slurp(path);
   for (std::size_t length = 0; length <= whole.size(); ++length) {
