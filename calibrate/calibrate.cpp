@@ -4,11 +4,12 @@
 #include "calibrate/calibrate.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
+#include <limits>
 #include <mutex>
 
 #include "calibrate/band_frames.h"
-#include "calibrate/band_patch.h"
 #include "calibrate/spectralon.h"
 #include "calibrate/statistics.h"
 #include "common/core/error.h"
@@ -20,6 +21,7 @@ namespace {
 constexpr double kWindowSizes =
     0.04;  // deviation of a window's size from the bands' median: not the same window
 constexpr double kSaturatedNote = 0.001;
+constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
 
 // Steps done, from several threads, as a fraction that only grows.
 class Steps {
@@ -37,6 +39,83 @@ class Steps {
   int total_;
   const ProgressFunction& progress_;
 };
+
+std::map<int, NoiseModel> NoiseOfSession(const BlackFrames& blacks, const std::vector<BandFrames>& bands,
+                                         std::vector<std::string>& notes) {
+  std::vector<PhotonTransferPoint> pairs = PhotonTransferOfBlack(blacks);
+  std::vector<PhotonTransferPoint> singles;
+  for (const BandFrames& band : bands) {
+    pairs.insert(pairs.end(), band.pairs.begin(), band.pairs.end());
+    singles.insert(singles.end(), band.singles.begin(), band.singles.end());
+  }
+  std::map<int, NoiseModel> models = FitNoise(pairs);
+  for (const auto& [iso, model] : FitNoise(singles)) {
+    if (!models.emplace(iso, model).second) continue;
+    notes.push_back(
+        "noise at ISO " + std::to_string(iso) +
+        " was estimated from single frames, the gray card's texture counted in: sigma is an upper bound");
+  }
+  if (models.empty()) {
+    throw InputError(
+        "the gray card has too few usable photosites to tell the noise; expected a card that is lit and not "
+        "saturated: check gray_card_region in the rig's file");
+  }
+  return models;
+}
+
+const NoiseModel& ModelOf(const std::map<int, NoiseModel>& models, int iso) {
+  const auto found = models.find(iso);
+  if (found != models.end()) return found->second;
+  return std::min_element(models.begin(), models.end(),
+                          [&](const auto& a, const auto& b) {
+                            return std::abs(std::log(double(a.first) / iso)) <
+                                   std::abs(std::log(double(b.first) / iso));
+                          })
+      ->second;
+}
+
+MosaicNoise NoiseOf(const SkinMosaic& skin, const std::map<int, NoiseModel>& models) {
+  return {ModelOf(models, skin.skin_iso),
+          ModelOf(models, skin.spectralon_iso),
+          skin.spectralon_frames,
+          skin.shared_black,
+          skin.skin_black,
+          skin.spectralon_black};
+}
+
+struct PatchBand {
+  PlaneF reflectance;
+  PlaneF sigma;
+};
+
+// Mean of the band's skin frames. Their own noise averages out, that of the one Spectralon mean does not.
+PatchBand ResampleBand(const BandFrames& band, const std::map<int, NoiseModel>& models, int patch_px) {
+  const BandAlignment& a = band.record.alignment;
+  const Homography motion = UnitMotion(a.dx_px / patch_px, a.dy_px / patch_px, a.angle_rad);
+  PatchBand sum{PlaneF(patch_px, patch_px), PlaneF(patch_px, patch_px)};
+  PlaneF skin_variance(patch_px, patch_px), spectralon_variance(patch_px, patch_px),
+      count(patch_px, patch_px);
+  for (std::size_t k = 0; k < band.skins.size(); ++k) {
+    const Homography camera_from_unit = band.record.windows[k].camera_from_unit.After(motion);
+    const ResampledPatch patch =
+        ResamplePatch(band.skins[k].mosaic, camera_from_unit, NoiseOf(band.skins[k], models), patch_px);
+    for (std::size_t i = 0; i < count.size(); ++i) {
+      if (std::isnan(patch.reflectance.data()[i])) continue;
+      count.data()[i] += 1.0f;
+      sum.reflectance.data()[i] += patch.reflectance.data()[i];
+      skin_variance.data()[i] += patch.skin_variance.data()[i];
+      spectralon_variance.data()[i] += patch.spectralon_variance.data()[i];
+    }
+  }
+  for (std::size_t i = 0; i < count.size(); ++i) {
+    const float n = count.data()[i];
+    sum.reflectance.data()[i] = n > 0.0f ? sum.reflectance.data()[i] / n : kMissing;
+    sum.sigma.data()[i] =
+        n > 0.0f ? std::sqrt(skin_variance.data()[i] / (n * n) + spectralon_variance.data()[i] / n)
+                 : kMissing;
+  }
+  return sum;
+}
 
 // A window of another size than the other bands' is another thing: that band is left out, by name.
 void DropStrangeWindows(std::vector<BandFrames>& bands) {
@@ -194,8 +273,10 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
   result.noise = NoiseOfSession(blacks, frames, result.notes);
   std::vector<PatchBand> patches(bands.size());
   ParallelFor(count, [&](int i) {
-    frames[i].record.correlation = CorrelationOfBand(frames[i], result.noise, options.patch_px);
     patches[i] = ResampleBand(frames[i], result.noise, options.patch_px);
+    frames[i].record.correlation =
+        CorrelationOfNoise(frames[i].skins[0].mosaic, frames[i].record.windows[0].camera_from_unit,
+                           NoiseOf(frames[i].skins[0], result.noise), options.patch_px);
     steps.Done();
   });
   if (options.align) Align(frames, patches, options);

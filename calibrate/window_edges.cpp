@@ -140,12 +140,6 @@ std::optional<EdgeFit> HalfLevelLine(const Mosaic& mosaic, const Edge& edge, dou
   return result;
 }
 
-Edge SideOf(const std::array<Point, 4>& c, int i) {
-  const auto distance = [](Point a, Point b) { return std::hypot(b.x - a.x, b.y - a.y); };
-  const Point from = c[i], to = c[(i + 1) % 4];
-  return {from, to, 0.5 * (distance(from, c[(i + 3) % 4]) + distance(to, c[(i + 2) % 4]))};
-}
-
 // The model's line, or the half-level line where the model finds none.
 std::optional<EdgeFit> ModelLine(const Mosaic& mosaic, const Edge& edge) {
   const auto shift = FitEdgeModel(mosaic, edge);
@@ -173,7 +167,7 @@ Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, con
     std::array<Line, 4> lines;
     double mean_square = 0.0;
     for (int i = 0; i < 4; ++i) {
-      const Edge edge = SideOf(window.corners, i);
+      const Edge edge{window.corners[i], window.corners[(i + 1) % 4]};
       const auto fit = pass == 0 ? HalfLevelLine(mosaic, edge, kRoughReach_px) : ModelLine(mosaic, edge);
       if (!fit) {
         throw InputError(
@@ -198,7 +192,7 @@ Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, con
   }
   window.smallest_side_px = window.largest_side_px = 0.0;
   for (int i = 0; i < 4; ++i) {
-    const double side = SideOf(window.corners, i).length();
+    const double side = Edge{window.corners[i], window.corners[(i + 1) % 4]}.length();
     window.smallest_side_px = i == 0 ? side : std::min(window.smallest_side_px, side);
     window.largest_side_px = std::max(window.largest_side_px, side);
   }

@@ -81,6 +81,16 @@ std::optional<TestPattern> ReadPattern(TomlTable& file, const std::string& name)
   return p;
 }
 
+// Adds all lines of a kind to a map; false where there are none.
+bool AddLines(TomlTable& file, const std::string& name, const std::string& kind,
+              const std::string& amount_key, double pixel_size_mm, PlaneF& plane) {
+  PlaneF added(plane.width(), plane.height());
+  auto tables = file.Tables(kind);
+  for (TomlTable& t : tables) DrawLine(added, pixel_size_mm, ReadLine(t, name, kind, amount_key));
+  for (std::size_t i = 0; i < plane.size(); ++i) plane.values()[i] += added.values()[i];
+  return !tables.empty();
+}
+
 // Reads every table of features, whether or not a pattern hides them, so that their keys are checked.
 ParameterMaps ReadMaps(TomlTable& file, const Scene& scene, double pixel_size_mm) {
   const std::string name = scene.file.string();
@@ -93,15 +103,10 @@ ParameterMaps ReadMaps(TomlTable& file, const Scene& scene, double pixel_size_mm
   for (TomlTable& t : file.Tables("freckle")) {
     DrawFreckles(maps, pixel_size_mm, ReadFreckles(t, name), scene.seed, index++);
   }
-  for (TomlTable& t : file.Tables("vein")) {
-    DrawLine(maps[Parameter::kC_hd], pixel_size_mm, ReadLine(t, name, "vein", "C_hd"));
-  }
-  for (TomlTable& t : file.Tables("tattoo")) {
-    if (maps.junction_absorbance.empty()) {
-      maps.junction_absorbance.emplace_back(kPatchSize_px, kPatchSize_px,
-                                            static_cast<float>(scene.tissue.junction_absorbance));
-    }
-    DrawLine(maps.junction_absorbance[0], pixel_size_mm, ReadLine(t, name, "tattoo", "absorbance"));
+  AddLines(file, name, "vein", "C_hd", pixel_size_mm, maps[Parameter::kC_hd]);
+  PlaneF junction(kPatchSize_px, kPatchSize_px, static_cast<float>(scene.tissue.junction_absorbance));
+  if (AddLines(file, name, "tattoo", "absorbance", pixel_size_mm, junction)) {
+    maps.junction_absorbance.push_back(std::move(junction));
   }
   ClampToBounds(maps);
   return maps;

@@ -111,17 +111,18 @@ void DrawFreckles(ParameterMaps& maps, double pixel_size_mm, const FreckleField&
   }
 }
 
-void DrawLine(PlaneF& plane, double pixel_size_mm, const SoftLine& line) {
+void DrawLine(PlaneF& added, double pixel_size_mm, const SoftLine& line) {
   const std::vector<Point_mm> curve = Smoothed(line.points);
-  for (int y = 0; y < plane.height(); ++y) {
-    for (int x = 0; x < plane.width(); ++x) {
+  for (int y = 0; y < added.height(); ++y) {
+    for (int x = 0; x < added.width(); ++x) {
       const Point_mm p{(x + 0.5) * pixel_size_mm, (y + 0.5) * pixel_size_mm};
       double distance = std::numeric_limits<double>::infinity();
       for (std::size_t i = 0; i + 1 < curve.size(); ++i) {
         distance = std::min(distance, DistanceToSegment(p, curve[i], curve[i + 1]));
       }
-      plane(x, y) +=
+      const auto here =
           static_cast<float>(line.amount * SoftInside(distance - 0.5 * line.width_mm, line.edge_mm));
+      if (std::abs(here) > std::abs(added(x, y))) added(x, y) = here;
     }
   }
 }

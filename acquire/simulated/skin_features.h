@@ -42,7 +42,8 @@ void DrawVariation(PlaneF& plane, double pixel_size_mm, const Variation& variati
                    int index);
 void DrawFreckles(ParameterMaps& maps, double pixel_size_mm, const FreckleField& field, std::uint64_t seed,
                   int index);
-void DrawLine(PlaneF& plane, double pixel_size_mm, const SoftLine& line);
+// Draws into a plane of what lines add: where lines meet, the stronger one counts.
+void DrawLine(PlaneF& added, double pixel_size_mm, const SoftLine& line);
 
 // Keeps every map inside [D08 table 1].
 void ClampToBounds(ParameterMaps& maps);
