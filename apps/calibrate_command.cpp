@@ -53,7 +53,7 @@ int RunCalibrateCommand(int argc, char** argv) {
       ->check(CLI::Range(16, 2048));
   command.app()
       .add_option("--edge-mask-px", options.edge_mask_px,
-                  "Pixels along the tape that are marked invalid (default 4)")
+                  "Pixels along the tape that are marked invalid (default 5)")
       ->check(CLI::Range(0.0, 64.0));
   command.app()
       .add_option("--spectralon-factor", options.spectralon_factor,

@@ -19,8 +19,9 @@ namespace dermap {
 
 struct CalibrationOptions {
   int patch_px = 256;  // [D08 7.2]
-  double edge_mask_px =
-      3.0;            // patch pixels along the border that are not valid: blurred with the tape (see README)
+  // Patch pixels along the border that are not valid: blurred with the tape, and skin's window is found a
+  // little small (see README).
+  double edge_mask_px = 5.0;
   bool align = true;  // by what the bands share inside the window
   AlignmentOptions alignment;
   bool verify_hashes = true;  // every frame against its SHA-256 before anything else
