@@ -18,7 +18,8 @@ foreach(module core imgproc imgcodecs calib3d video)
 endforeach()
 # Through pkg-config: the CMake package insists on command line tools that we do not need.
 pkg_check_modules(OPENIMAGEIO REQUIRED IMPORTED_TARGET OpenImageIO)
-pkg_check_modules(LIBRAW REQUIRED IMPORTED_TARGET libraw)
+# The thread-safe build: frames are decoded in parallel.
+pkg_check_modules(LIBRAW REQUIRED IMPORTED_TARGET libraw_r)
 pkg_check_modules(TOMLPLUSPLUS REQUIRED IMPORTED_TARGET tomlplusplus)
 if(DERMAP_BUILD_TESTS)
   find_package(GTest REQUIRED)
