@@ -7,6 +7,7 @@
 #include "apps/commands.h"
 #include "calibrate/calibrate.h"
 #include "calibrate/write_calibration.h"
+#include "common/files/atomic_file.h"
 
 namespace dermap {
 namespace {
@@ -66,7 +67,9 @@ int RunCalibrateCommand(int argc, char** argv) {
     options.verify_hashes = !no_verify;
     ProgressBar bar("calibrate");
     const CalibrationResult result = CalibrateSession(ReadSession(session_dir), options, bar.Function());
+    FileBatch files;  // stack, record and pictures, or nothing
     WriteCalibration(stack_path, result);
+    files.Commit();
     return Summarize(result, stack_path.string());
   });
 }

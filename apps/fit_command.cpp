@@ -6,6 +6,7 @@
 
 #include "apps/command_line.h"
 #include "apps/commands.h"
+#include "common/files/atomic_file.h"
 #include "common/files/tissue_config.h"
 #include "fit/fit.h"
 #include "fit/report.h"
@@ -98,6 +99,7 @@ int RunFitCommand(int argc, char** argv) {
     const std::filesystem::path spectra = ConfigDirectory() / "spectra";
     ProgressBar bar("fit");
     const FitResult fit = FitStack(stack, args.options, Chromophores(spectra), bar.Function());
+    FileBatch folder;  // all of it, or nothing
     WriteFit(args.output, fit);
     WriteMapPreviews(args.output, fit, spectra);
     WriteReport(args.output / "report.html", {.fit = fit,
@@ -107,6 +109,7 @@ int RunFitCommand(int argc, char** argv) {
                                               .calibration = CalibrationSidecar(args.stack),
                                               .relit_picture = {},
                                               .relit_caption = {}});
+    folder.Commit();
     return Summarize(fit, args.output);
   });
 }

@@ -5,6 +5,7 @@
 
 #include "apps/command_line.h"
 #include "apps/commands.h"
+#include "common/files/atomic_file.h"
 #include "common/files/tissue_config.h"
 #include "render/render.h"
 
@@ -75,7 +76,9 @@ int RunRenderCommand(int argc, char** argv) {
     ProgressBar bar("render");
     const RenderResult result =
         RenderMaps(maps, args.options, Chromophores(spectra), spectra, bar.Function());
+    FileBatch files;  // image and picture, or neither
     WriteRender(args.output, result);
+    files.Commit();
     return Summarize(result, args.output);
   });
 }
