@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What can go wrong, as exceptions that know the exit code of the program. A message is one sentence (or two) that
-// names the file or value, what was found, what was expected and the remedy.
+// What can go wrong, as exceptions that know the exit code of the program. A message is one sentence (or two)
+// that names the file or value, what was found, what was expected and the remedy.
 #pragma once
 
 #include <stdexcept>

@@ -29,7 +29,9 @@ class Plane {
   }
 
   T& operator()(int x, int y) noexcept { return values_[static_cast<std::size_t>(y) * width_ + x]; }
-  const T& operator()(int x, int y) const noexcept { return values_[static_cast<std::size_t>(y) * width_ + x]; }
+  const T& operator()(int x, int y) const noexcept {
+    return values_[static_cast<std::size_t>(y) * width_ + x];
+  }
   T* Row(int y) noexcept { return values_.data() + static_cast<std::size_t>(y) * width_; }
   const T* Row(int y) const noexcept { return values_.data() + static_cast<std::size_t>(y) * width_; }
   std::span<T> values() noexcept { return values_; }

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Parallel loops. Every iteration writes only its own outputs, so results are the same for any number of threads.
+// Parallel loops. Every iteration writes only its own outputs, so results are the same for any number of
+// threads.
 #pragma once
 
 #include <functional>

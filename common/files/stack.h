@@ -18,8 +18,9 @@ struct ReflectanceStack {
   std::vector<PlaneF> reflectance;  // one a band, fraction; NaN where missing
   std::vector<PlaneF> sigma;        // one standard deviation, one a band, or empty where the file has none
   PlaneF valid;                     // 1 or 0, or empty (all valid)
-  // Correlation of the noise of pixels 1, 2, ... apart along x and along y, all bands alike; empty: independent.
-  // An average of pixels is known less well than sigma / sqrt(n) where neighbours share photosites.
+  // Correlation of the noise of pixels 1, 2, ... apart along x and along y, all bands alike; empty:
+  // independent. An average of pixels is known less well than sigma / sqrt(n) where neighbours share
+  // photosites.
   std::vector<float> noise_correlation_x, noise_correlation_y;
   std::optional<double> pixel_size_mm;
   Illumination illumination = Illumination::kWindow;

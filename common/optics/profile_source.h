@@ -22,8 +22,8 @@ struct LayerOptics {
   double n = 1.4;
 };
 
-// The layer from which diffuse light comes, as far as the light's directions depend on it: a typical one serves, and is
-// all that tables can know. A source may ignore it.
+// The layer from which diffuse light comes, as far as the light's directions depend on it: a typical one
+// serves, and is all that tables can know. A source may ignore it.
 struct TypicalNeighbour {
   double mu_a = 0.0;          // 1/mm
   double mu_s_reduced = 0.0;  // 1/mm; 0: the dermis scatters half as much as the epidermis [D08 eq. 12]
@@ -54,7 +54,8 @@ struct EpidermisTransforms {
   std::vector<double> r_backward;  // R1-
   std::vector<double> t_backward;  // T1-
   double t_ballistic = 0.0;  // share of the incident light that crosses unscattered (it does not spread)
-  std::vector<double> r_single;  // part of R1+ that was scattered exactly once; empty if the source does not know
+  std::vector<double>
+      r_single;  // part of R1+ that was scattered exactly once; empty if the source does not know
 };
 
 struct DermisTransforms {
@@ -69,12 +70,13 @@ class ProfileSource {
   virtual EpidermisTransforms Epidermis(const EpidermisOptics& optics,
                                         std::span<const double> k_per_mm) const = 0;
   virtual DermisTransforms Dermis(const DermisOptics& optics, std::span<const double> k_per_mm) const = 0;
-  // Tables of a costly source are made from few absorptions (sampled_source.h) and kept on disk (table_cache.h).
+  // Tables of a costly source are made from few absorptions (sampled_source.h) and kept on disk
+  // (table_cache.h).
   virtual bool IsCostly() const { return false; }
 };
 
-// "exact" (right to Monte Carlo), "multipole" (the paper's, direction-aware), "multipole-symmetric" (one R1 and T1 for both directions).
-// Throws InputError that lists the known names.
+// "exact" (right to Monte Carlo), "multipole" (the paper's, direction-aware), "multipole-symmetric" (one R1
+// and T1 for both directions). Throws InputError that lists the known names.
 std::unique_ptr<ProfileSource> MakeProfileSource(std::string_view name);
 const std::vector<std::string>& ProfileSourceNames();
 

@@ -25,8 +25,8 @@ struct TissueConfig {
 // Throws InputError naming the key, the value and the allowed range.
 void Validate(const TissueConfig& config);
 
-// Absorption of everything in [D08 eq. 10-11] at one wavelength, 1/mm at volume fraction 1 (carotene: per g/L).
-// mu_a of each layer is linear in these; the derivatives are therefore exact and cheap.
+// Absorption of everything in [D08 eq. 10-11] at one wavelength, 1/mm at volume fraction 1 (carotene: per
+// g/L). mu_a of each layer is linear in these; the derivatives are therefore exact and cheap.
 struct Absorbers {
   double wavelength_nm = 0.0;
   double eumelanin = 0.0;
@@ -36,8 +36,9 @@ struct Absorbers {
   double carotene = 0.0;
   double baseline = 0.0;
 
-  double MuAEpidermis(const ParameterVector& p) const;  // [D08 eq. 10], with the plus sign that the draft lacks
-  double MuADermis(const ParameterVector& p) const;     // [D08 eq. 11]
+  double MuAEpidermis(
+      const ParameterVector& p) const;               // [D08 eq. 10], with the plus sign that the draft lacks
+  double MuADermis(const ParameterVector& p) const;  // [D08 eq. 11]
   ParameterVector MuAEpidermisGradient(const ParameterVector& p) const;  // d mu_a / d p
   ParameterVector MuADermisGradient(const ParameterVector& p) const;
 };

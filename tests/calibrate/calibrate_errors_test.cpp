@@ -100,7 +100,8 @@ TEST(CalibrateErrors, NameAGrayCardOutsideOfTheFrame) {
 // A black frame of another exposure is used, and said so.
 TEST(CalibrateErrors, NoteTheNearestBlackFrame) {
   SimulatedSession simulated("gray_50.toml", {}, TwoBands);
-  // The plan's two bands share one ISO; the second is made to claim another, for which no black frame was taken.
+  // The plan's two bands share one ISO; the second is made to claim another, for which no black frame was
+  // taken.
   for (FrameRecord& frame : simulated.session().frames) {
     if (frame.wavelength_nm == 480.0) frame.iso = 126;
   }

@@ -130,9 +130,9 @@ TEST(Calibrate, NeighboursAreCorrelatedAsRecorded) {
   EXPECT_NEAR(along_y / variance, result.bands[3].correlation.along_y[1], 0.03);
 }
 
-// Two skin frames a filter instead of one, of a subject that holds still: the skin's share of the variance halves, the
-// Spectralon's stays. (Where the subject moves, other photosites of the Spectralon frame take part, and sigma is too
-// large.)
+// Two skin frames a filter instead of one, of a subject that holds still: the skin's share of the variance
+// halves, the Spectralon's stays. (Where the subject moves, other photosites of the Spectralon frame take
+// part, and sigma is too large.)
 TEST(Calibrate, RepeatsAreAveraged) {
   const auto noise = [](int skins) {
     const auto hold_still = [](Scene& scene) {
