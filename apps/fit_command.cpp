@@ -106,9 +106,7 @@ int RunFitCommand(int argc, char** argv) {
                                               .name = args.stack.filename().string(),
                                               .spectra_dir = spectra,
                                               .truth = truth ? &*truth : nullptr,
-                                              .calibration = CalibrationSidecar(args.stack),
-                                              .relit_picture = {},
-                                              .relit_caption = {}});
+                                              .calibration = CalibrationSidecar(args.stack)});
     folder.Commit();
     return Summarize(fit, args.output);
   });

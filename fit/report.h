@@ -18,9 +18,6 @@ struct ReportInput {
   std::filesystem::path spectra_dir;                 // config/spectra: colour matching functions
   const MapsFile* truth = nullptr;                   // simulated samples know it; any size
   std::optional<std::filesystem::path> calibration;  // the sidecar; see CalibrationSidecar
-  std::optional<std::filesystem::path>
-      relit_picture;  // PNG of a render with other light or other chromophores
-  std::string relit_caption;
 };
 
 // STACK.calibration.json beside the stack, where there is one.

@@ -21,18 +21,6 @@ std::optional<double> PixelSize(const FitResult& fit) {
   return std::nullopt;
 }
 
-std::string RelitFigure(const ReportContext& context) {
-  const ReportInput& input = context.input;
-  std::string html = "<figure><figcaption><b>Rendered anew</b></figcaption>";
-  try {
-    html += "<img class=\"photo\" alt=\"rendered with other light or chromophores\" src=\"" +
-            PictureDataUri(*input.relit_picture) + "\">";
-  } catch (const InputError& error) {
-    html += "<p class=\"note\">" + EscapeHtml(error.what()) + "</p>";
-  }
-  return html + "<p class=\"note\">" + EscapeHtml(input.relit_caption) + "</p></figure>\n";
-}
-
 std::string PhotoFigure(const CalibrationPicture& picture) {
   std::string html = "<figure><figcaption><b>" + EscapeHtml(picture.title) + "</b></figcaption>";
   html += picture.data_uri.empty() ? "<p class=\"note\">" + EscapeHtml(picture.problem) + "</p>"
@@ -129,7 +117,6 @@ std::string ColourSection(const ReportContext& context) {
   std::string figures = MeasuredInColour(context, "Measured", names);
   figures += DrawColourFigure(context.observer.Picture(context.wavelengths_nm, fit.predicted, exposure),
                               "Predicted from the maps", "", {}, PixelSize(fit));
-  if (context.input.relit_picture) figures += RelitFigure(context);
   std::string lead = "The patch as it looks in daylight.";
   if (exposure > 1.01)
     lead += " Shown " + FormatValue(exposure, 2) + " times brighter than beside white paper.";
