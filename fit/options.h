@@ -30,7 +30,7 @@ enum class DescentMetric {
 struct FitOptions {
   FitMethod method = FitMethod::kFast;
   DescentMetric metric = DescentMetric::kCurvature;
-  std::string profiles = "multipole";
+  std::string profiles = "exact";
   ForwardOptions forward;
   std::vector<Parameter> free_parameters;        // empty: chosen by how many bands there are ("auto")
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts

@@ -19,7 +19,7 @@ struct RenderOptions {
   std::vector<std::string> edits;  // see ParseEdit; applied in this order
   std::vector<double>
       wavelengths_nm;  // monochromatic bands; empty: the bands of the maps, else [D08 7]'s eight
-  std::string profiles = "multipole";  // see MakeProfileSource
+  std::string profiles = "exact";  // see MakeProfileSource
   ForwardOptions forward;
   TissueConfig tissue;
   std::optional<double> pixel_size_mm;  // instead of the maps' own

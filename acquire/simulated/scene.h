@@ -29,7 +29,7 @@ struct Scene {
   std::string name;
   std::filesystem::path file;
   std::uint64_t seed = 1;
-  std::string profiles = "multipole";  // source of the simulated truth
+  std::string profiles = "exact";  // source of the simulated truth
   TissueConfig tissue;
   ParameterMaps maps;  // empty where a test pattern stands in place of skin
   std::optional<TestPattern> pattern;

@@ -72,20 +72,22 @@ double TableMuA(int index) {
 }
 
 std::span<const double> TableFrequencies_per_mm() {
-  constexpr int kCount = 64;
+  constexpr int kCount = kGaussianFrequencies + 4;
   constexpr double kFirst_per_mm = 0.02;  // below it even the widest Gaussian's transform is 1
-  constexpr double kLast_per_mm = 100.0;  // 0.03 mm pixels end at 105/mm
+  constexpr double kLastFitted_per_mm = 100.0;
   static const std::vector<double> frequencies = [] {
     std::vector<double> k(kCount, 0.0);
     for (int i = 1; i < kCount; ++i) {
-      k[i] = kFirst_per_mm * std::pow(kLast_per_mm / kFirst_per_mm, (i - 1) / (kCount - 2.0));
+      k[i] = kFirst_per_mm *
+             std::pow(kLastFitted_per_mm / kFirst_per_mm, (i - 1) / (kGaussianFrequencies - 2.0));
     }
     return k;
   }();
   return frequencies;
 }
 
-ProfileTable::ProfileTable(std::vector<GaussianWeights> entries) : entries_(std::move(entries)) {
+ProfileTable::ProfileTable(std::vector<GaussianWeights> entries, TransformTable transforms)
+    : entries_(std::move(entries)), transforms_(std::move(transforms)) {
   assert(entries_.size() == static_cast<std::size_t>(kTableSize));
   totals_.reserve(entries_.size());
   for (const auto& entry : entries_) {
@@ -161,6 +163,7 @@ using TableEntry = std::array<GaussianWeights, kResponseCount>;
 
 struct EntryResult {
   TableEntry weights{};
+  std::array<std::vector<double>, kResponseCount> transforms;
   bool clamped = false;  // a total below 0 was taken as 0
 };
 
@@ -180,9 +183,12 @@ EntryResult BuildEntry(const ProfileSource& source, const GaussianFitter& fitter
   const auto dermis = source.Dermis(DermisOpticsOf(config, wavelength_nm, mu_a), k);
 
   EntryResult entry;
-  const auto fit = [&](Response response, const std::vector<double>& transform) {
+  const auto fit = [&](Response response, std::vector<double> transform) {
     entry.clamped = entry.clamped || transform[0] < 0.0;
-    entry.weights[response] = fitter.Fit(transform, neighbour.weights[response]);
+    if (transform[0] <= 0.0) std::fill(transform.begin(), transform.end(), 0.0);
+    entry.weights[response] =
+        fitter.Fit(std::span(transform).first(kGaussianFrequencies), neighbour.weights[response]);
+    entry.transforms[response] = std::move(transform);
   };
   fit(kR1Forward, epidermis.r_forward);
   fit(kT1Forward, epidermis.t_forward);
@@ -192,6 +198,7 @@ EntryResult BuildEntry(const ProfileSource& source, const GaussianFitter& fitter
   fit(kR2Diffuse, dermis.r_diffuse);
   if (dermis.r_normal == dermis.r_diffuse) {
     entry.weights[kR2Normal] = entry.weights[kR2Diffuse];
+    entry.transforms[kR2Normal] = entry.transforms[kR2Diffuse];
   } else {
     fit(kR2Normal, dermis.r_normal);
   }
@@ -201,9 +208,12 @@ EntryResult BuildEntry(const ProfileSource& source, const GaussianFitter& fitter
 
 ProfileTable Column(const std::vector<EntryResult>& entries, Response response) {
   std::vector<GaussianWeights> weights;
-  weights.reserve(entries.size());
-  for (const auto& entry : entries) weights.push_back(entry.weights[response]);
-  return ProfileTable(std::move(weights));
+  std::vector<float> transforms;
+  for (const EntryResult& entry : entries) {
+    weights.push_back(entry.weights[response]);
+    transforms.insert(transforms.end(), entry.transforms[response].begin(), entry.transforms[response].end());
+  }
+  return ProfileTable(std::move(weights), TransformTable(std::move(transforms)));
 }
 
 void WarnOfClamping(const std::vector<EntryResult>& entries, std::string_view source, double wavelength_nm) {
@@ -219,7 +229,7 @@ void WarnOfClamping(const std::vector<EntryResult>& entries, std::string_view so
 }
 
 BandTables TablesFrom(const ProfileSource& source, double wavelength_nm, const TissueConfig& config) {
-  const GaussianFitter fitter(TableFrequencies_per_mm());
+  const GaussianFitter fitter(TableFrequencies_per_mm().first(kGaussianFrequencies));
   std::vector<EntryResult> entries(kTableSize);
   // Along a run each fit starts from its neighbour's; runs are the same for any number of threads.
   constexpr int kRun = 8;

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Profiles as sums of 18 Gaussians, tabulated over 256 logarithmic steps of mu_a [D08 eq. 4, 7].
+// Responses of a band: as sums of 18 Gaussians, tabulated over 256 logarithmic steps of mu_a [D08 eq. 4, 7],
+// and as sums over path lengths (path_kernels.h).
 #pragma once
 
 #include <array>
@@ -8,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "common/optics/path_kernels.h"
 #include "common/optics/profile_source.h"
 #include "common/tissue/tissue.h"
 
@@ -31,7 +33,8 @@ using GaussianWeights = std::array<float, kGaussianCount>;
 class ProfileTable {
  public:
   ProfileTable() = default;
-  explicit ProfileTable(std::vector<GaussianWeights> entries);  // kTableSize entries
+  explicit ProfileTable(std::vector<GaussianWeights> entries,
+                        TransformTable transforms = {});  // kTableSize entries
 
   // Linear interpolation in log mu_a; mu_a is clamped to the table's range.
   void Weights(float mu_a, std::span<float, kGaussianCount> weights) const noexcept;
@@ -42,9 +45,13 @@ class ProfileTable {
   float EntryTotal(int index) const noexcept { return totals_[index]; }  // without interpolation
   bool empty() const noexcept { return entries_.empty(); }
   const std::vector<GaussianWeights>& entries() const noexcept { return entries_; }
+  const TransformTable& transforms() const noexcept {
+    return transforms_;
+  }  // empty where only totals are known
 
  private:
   std::vector<GaussianWeights> entries_;
+  TransformTable transforms_;
   std::vector<float> totals_;
 };
 
@@ -57,9 +64,11 @@ struct TablePosition {
 TablePosition PositionInTable(float mu_a) noexcept;
 double TableMuA(int index);  // mu_a of an entry, 1/mm
 
-// Lateral frequencies at which BuildBandTables asks a source and fits, 1/mm: 0, then logarithmic to beyond
-// what images of 0.03 mm pixels hold.
+// Lateral frequencies at which BuildBandTables asks a source, 1/mm: 0, then logarithmic to beyond what
+// images of 0.03 mm pixels hold (151/mm on the diagonal). Gaussians are fitted to the first
+// kGaussianFrequencies of them, up to 100/mm.
 std::span<const double> TableFrequencies_per_mm();
+inline constexpr int kGaussianFrequencies = 64;
 
 // All responses of the two-layer skin at one wavelength. t1_ballistic is a scalar over mu_a (no spread): its
 // weights sit in entry [0] of a GaussianWeights and must be read with Total() only.

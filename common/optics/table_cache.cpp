@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One file a band: magic, version, length of the recipe, recipe, weights as float32, SHA-256 of all before.
+// One file a band: magic, version, length of the recipe, recipe, weights and transforms as float32,
+// SHA-256 of all before.
 #include "common/optics/table_cache.h"
 
 #include <openssl/evp.h>
@@ -20,7 +21,7 @@ namespace {
 
 constexpr std::string_view kMagic = "dermap-tables\n";
 // To be raised whenever the optics, the frequencies or the fit of Gaussians change what a recipe leads to.
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kDigestSize = 32;
 constexpr std::array kTables{&BandTables::r1_forward,   &BandTables::t1_forward,
                              &BandTables::t1_ballistic, &BandTables::r1_backward,
@@ -57,13 +58,17 @@ std::string Serialized(const std::string& recipe, const BandTables& tables) {
   AppendRaw(bytes, tables.wavelength_nm);
   for (const auto table : kTables) {
     for (const GaussianWeights& entry : (tables.*table).entries()) AppendRaw(bytes, entry);
+    for (const float value : (tables.*table).transforms().values()) AppendRaw(bytes, value);
   }
   return bytes + Sha256(bytes);
 }
 
 std::optional<BandTables> Parsed(std::string_view bytes, const std::string& recipe) {
   const std::string header = Header(recipe);
-  const std::size_t body = sizeof(double) + kTables.size() * kTableSize * sizeof(GaussianWeights);
+  // Every table but the ballistic one, which does not spread, has its transforms.
+  const std::size_t transform_values = TableFrequencies_per_mm().size() * kTableSize;
+  const std::size_t body = sizeof(double) + kTables.size() * kTableSize * sizeof(GaussianWeights) +
+                           (kTables.size() - 1) * transform_values * sizeof(float);
   if (bytes.size() != header.size() + body + kDigestSize || !bytes.starts_with(header)) return std::nullopt;
   if (Sha256(bytes.substr(0, header.size() + body)) != bytes.substr(header.size() + body))
     return std::nullopt;
@@ -75,7 +80,10 @@ std::optional<BandTables> Parsed(std::string_view bytes, const std::string& reci
     std::vector<GaussianWeights> entries(kTableSize);
     std::memcpy(entries.data(), at, kTableSize * sizeof(GaussianWeights));
     at += kTableSize * sizeof(GaussianWeights);
-    tables.*table = ProfileTable(std::move(entries));
+    std::vector<float> transforms(table == &BandTables::t1_ballistic ? 0 : transform_values);
+    std::memcpy(transforms.data(), at, transforms.size() * sizeof(float));
+    at += transforms.size() * sizeof(float);
+    tables.*table = ProfileTable(std::move(entries), TransformTable(std::move(transforms)));
   }
   return tables;
 }
@@ -98,12 +106,14 @@ TableCache::TableCache(std::filesystem::path directory) : directory_(std::move(d
 std::string TableCache::Recipe(std::string_view source, double wavelength_nm, const TissueConfig& config) {
   // Oxygenation and the absorber at the junction act outside the tables.
   return fmt::format(
-      "source {} table {} {} {} gaussians {} {} wavelength_nm {} epidermis_thickness_mm {} n {} {} {} "
+      "source {} table {} {} {} gaussians {} {} frequencies {} wavelength_nm {} epidermis_thickness_mm {} n "
+      "{} {} "
+      "{} "
       "mu_s_reduced {} {} anisotropy {}",
-      source, kTableSize, kTableMinMuA, kTableMaxMuA, kGaussianCount, kSmallestVariance_mm2, wavelength_nm,
-      config.epidermis_thickness_mm, config.n_outside, config.n_epidermis, config.n_dermis,
-      ReducedScatteringEpidermis(wavelength_nm, config), ReducedScatteringDermis(wavelength_nm, config),
-      config.anisotropy);
+      source, kTableSize, kTableMinMuA, kTableMaxMuA, kGaussianCount, kSmallestVariance_mm2,
+      TableFrequencies_per_mm().size(), wavelength_nm, config.epidermis_thickness_mm, config.n_outside,
+      config.n_epidermis, config.n_dermis, ReducedScatteringEpidermis(wavelength_nm, config),
+      ReducedScatteringDermis(wavelength_nm, config), config.anisotropy);
 }
 
 std::filesystem::path TableCache::PathOf(const std::string& recipe) const {

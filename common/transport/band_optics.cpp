@@ -112,6 +112,8 @@ std::vector<BandOptics> BuildBandOptics(const Chromophores& chromophores, const 
   ParallelFor(static_cast<int>(jobs.size()), [&](int i) {
     const auto& [node, filter, profiles] = jobs[i];
     node->weight = filter.weight;
+    node->mu_s_epidermis = ReducedScatteringEpidermis(filter.wavelength_nm, tissue);
+    node->mu_s_dermis = ReducedScatteringDermis(filter.wavelength_nm, tissue);
     node->absorbers = chromophores.At(filter.wavelength_nm, tissue);
     node->tables = profiles ? BuildBandTables(source, filter.wavelength_nm, tissue)
                             : BuildBandTotals(source, filter.wavelength_nm, tissue);

@@ -24,22 +24,29 @@ BandRenderer::BandRenderer(int width, int height, const ImagingConditions& condi
       height_(height),
       conditions_(conditions),
       options_(options),
-      series_(DomainOf(width, height, conditions, options),
-              MakeConvolver(options.engine, DomainOf(width, height, conditions, options),
-                            conditions.pixel_size_mm, BorderOf(conditions))),
       mu_a_epidermis_(width, height),
       mu_a_dermis_(width, height),
       transmittance_(width, height),
       node_reflectance_(width, height),
-      center_reflectance_(width, height) {}
+      center_reflectance_(width, height) {
+  if (options.engine == Engine::kLowRank) {
+    auto grid = std::make_unique<PathGrid>(width, height, conditions.pixel_size_mm, options.margin_mm,
+                                           conditions.illumination == Illumination::kWindow);
+    path_series_ = std::make_unique<PathSeries>(std::move(grid), options.coupling, options.path_tolerance);
+  } else {
+    const Domain domain = DomainOf(width, height, conditions, options);
+    gaussian_series_ = std::make_unique<ScatteringSeries>(
+        domain, MakeConvolver(options.engine, domain, conditions.pixel_size_mm, BorderOf(conditions)));
+  }
+}
 
 void BandRenderer::SetLight(const PlaneF* light) {
   const PlaneF ones = light ? PlaneF() : PlaneF(width_, height_, 1.0f);
   const PlaneF& patch = light ? *light : ones;
   if (conditions_.illumination == Illumination::kUniform) {
-    ReplicateOutwards(patch, series_.domain(), light_);
+    ReplicateOutwards(patch, domain(), light_);
   } else {
-    SurroundWithZeros(patch, series_.domain(), light_);
+    SurroundWithZeros(patch, domain(), light_);
   }
 }
 
@@ -65,9 +72,15 @@ void BandRenderer::RenderNode(const BandOptics& band, int node, const LocalTotal
   SetAbsorption(band.nodes[node].absorbers, maps);
   const bool black_tape =
       conditions_.illumination == Illumination::kWindow && conditions_.tape == Tape::kBlack;
-  series_.Render({band.nodes[node].tables, totals, mu_a_epidermis_, mu_a_dermis_, transmittance_, light_,
-                  black_tape, band.terms, options_.close_series},
-                 out);
+  const BandOptics::Node& optics = band.nodes[node];
+  const SeriesInput input{optics.tables,   totals,       optics.mu_s_epidermis, optics.mu_s_dermis,
+                          mu_a_epidermis_, mu_a_dermis_, transmittance_,        light_,
+                          black_tape,      band.terms,   options_.close_series};
+  if (path_series_) {
+    path_series_->Render(input, out);
+  } else {
+    gaussian_series_->Render(input, out);
+  }
 }
 
 // Multiplies the render at the band's centre by the whole band's local reflectance over the centre's, pixel

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "common/transport/band_optics.h"
+#include "common/transport/path_series.h"
 #include "common/transport/scattering_series.h"
 
 namespace dermap {
@@ -24,6 +25,7 @@ class BandRenderer {
                 const PlaneF* junction_absorbance, double base_absorbance, const PlaneF* light);
 
  private:
+  const Domain& domain() const { return path_series_ ? path_series_->domain() : gaussian_series_->domain(); }
   void SetLight(const PlaneF* light);
   void SetTransmittance(const PlaneF* junction_absorbance, double base_absorbance);
   void SetAbsorption(const Absorbers& absorbers, const ParameterMaps& maps);
@@ -35,7 +37,9 @@ class BandRenderer {
   int width_, height_;
   ImagingConditions conditions_;
   ForwardOptions options_;
-  ScatteringSeries series_;
+  // One of them, by the engine.
+  std::unique_ptr<ScatteringSeries> gaussian_series_;
+  std::unique_ptr<PathSeries> path_series_;
   PlaneF mu_a_epidermis_, mu_a_dermis_;  // 1/mm
   PlaneF transmittance_;                 // A of the junction
   PlaneF light_;                         // on the whole domain

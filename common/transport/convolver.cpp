@@ -39,6 +39,8 @@ std::unique_ptr<Convolver> MakeConvolver(Engine engine, const Domain& domain, do
       return std::make_unique<CascadeConvolver>(domain, pixel_size_mm, border);
     case Engine::kPyramid:
       return std::make_unique<PyramidConvolver>(domain, pixel_size_mm, border);
+    case Engine::kLowRank:
+      break;  // has no Gaussians: path_series.h
   }
   assert(false);
   return nullptr;

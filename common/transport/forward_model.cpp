@@ -160,14 +160,22 @@ double ExitAngleFactor(Geometry geometry, double n_outside, double n_skin) {
 }
 
 std::string_view EngineName(Engine engine) {
-  return engine == Engine::kCascade ? "cascade" : "pyramid";
+  switch (engine) {
+    case Engine::kCascade:
+      return "cascade";
+    case Engine::kPyramid:
+      return "pyramid";
+    case Engine::kLowRank:
+      return "lowrank";
+  }
+  return "";
 }
 
 Engine EngineFromName(std::string_view name) {
-  for (const Engine engine : {Engine::kCascade, Engine::kPyramid}) {
+  for (const Engine engine : {Engine::kLowRank, Engine::kPyramid, Engine::kCascade}) {
     if (name == EngineName(engine)) return engine;
   }
-  throw InputError("there is no engine '" + std::string(name) + "'; known are: pyramid, cascade");
+  throw InputError("there is no engine '" + std::string(name) + "'; known are: lowrank, pyramid, cascade");
 }
 
 }  // namespace dermap

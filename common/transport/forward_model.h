@@ -21,15 +21,22 @@ enum class Engine {
   kCascade,  // the paper's: 18 separable blurs at full resolution, each made from the last; the slow twin for
              // ever
   kPyramid,  // the same sum with wide Gaussians at reduced resolution
+  kLowRank,  // a few path lengths instead of Gaussians, by cosine transforms on two grids
 };
-std::string_view EngineName(Engine engine);  // "cascade", "pyramid"
+std::string_view EngineName(Engine engine);  // "cascade", "pyramid", "lowrank"
 // Throws InputError that lists the known names.
 Engine EngineFromName(std::string_view name);
+
+// What a response's profile between two points depends on: the absorption at both (path_layer.h), or at the
+// exit alone [D08 4.1]. The engines made of Gaussians know only the second.
+enum class Coupling { kReciprocal, kGather };
 
 inline constexpr int kAutomaticTerms = -1;
 
 struct ForwardOptions {
-  Engine engine = Engine::kPyramid;
+  Engine engine = Engine::kLowRank;
+  Coupling coupling = Coupling::kReciprocal;  // of the engine `lowrank`
+  double path_tolerance = 2e-4;               // of a response's transform over its total, by few path lengths
   // Terms of [D08 eq. 7] after Phi * R1+. Automatic: for each band as many as the lightest skin needs (3 to
   // 6; the paper takes 4 for blue light, 5 for green and red), whatever the scene, so that a render is a
   // smooth function of its maps.
@@ -48,6 +55,7 @@ struct BandOptics {
   Band band;
   struct Node {  // one wavelength of the filter's curve
     double weight;
+    double mu_s_epidermis, mu_s_dermis;  // reduced scattering, 1/mm
     Absorbers absorbers;
     BandTables
         tables;  // beside the centre only totals, unless the whole band is rendered (full_band_integration)

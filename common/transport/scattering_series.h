@@ -13,7 +13,8 @@ namespace dermap {
 struct SeriesInput {
   const BandTables& tables;
   const LocalTotals& totals;
-  const PlaneF& mu_a_epidermis;  // on the patch, 1/mm
+  double mu_s_epidermis, mu_s_dermis;  // reduced scattering, 1/mm
+  const PlaneF& mu_a_epidermis;        // on the patch, 1/mm
   const PlaneF& mu_a_dermis;
   const PlaneF& transmittance;  // A of the junction, on the patch [D08 eq. 8]
   const PlaneF& light;          // Phi, on the whole domain

@@ -21,7 +21,9 @@ BandTables SomeTables(float value) {
         &tables.t1_backward, &tables.r1_backward_black, &tables.r2_diffuse, &tables.r2_normal}) {
     std::vector<GaussianWeights> entries(kTableSize);
     for (int i = 0; i < kTableSize; ++i) entries[i].fill(value + 0.001f * static_cast<float>(i));
-    *table = ProfileTable(entries);
+    const std::size_t paths =
+        table == &tables.t1_ballistic ? 0 : TableFrequencies_per_mm().size() * kTableSize;
+    *table = ProfileTable(entries, TransformTable(std::vector<float>(paths, value)));
     value += 1.0f;
   }
   return tables;
@@ -46,6 +48,7 @@ TEST_F(TableCacheTest, ReturnsWhatWasStored) {
   EXPECT_EQ(loaded->wavelength_nm, 560.0);
   EXPECT_EQ(loaded->r2_normal.entries(), stored.r2_normal.entries());
   EXPECT_EQ(loaded->r1_forward.entries(), stored.r1_forward.entries());
+  EXPECT_EQ(loaded->r2_diffuse.transforms().values(), stored.r2_diffuse.transforms().values());
 }
 
 // Source: the definition of a damaged file: any byte changed, any length cut, anything appended.

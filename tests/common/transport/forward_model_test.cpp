@@ -14,11 +14,11 @@
 namespace dermap {
 namespace {
 
-constexpr Engine kEngines[] = {Engine::kCascade, Engine::kPyramid};
+constexpr Engine kEngines[] = {Engine::kCascade, Engine::kPyramid, Engine::kLowRank};
 const Band kBands[] = {{450.0, 0.0}, {560.0, 0.0}, {650.0, 0.0}};
 
 // Uniform skin under wide light has no lateral transport to see: the closed form of the tables, from light to
-// dark, within 1e-3 (what is found is 1e-5). Both engines, both kinds of profiles.
+// dark, within 1e-3 (what is found is 1e-5). All engines, both kinds of profiles.
 TEST(ForwardModel, IsTheClosedFormForUniformSkinUnderWideLight) {
   const ParameterVector skins[] = {
       {0.01, 0.62, 0.002, 0.0, 0.01}, AverageSkin(), {0.4, 0.3, 0.04, 0.05, 0.1}};

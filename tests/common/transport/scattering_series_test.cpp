@@ -26,7 +26,8 @@ PlaneF RenderUniform(const BandTables& tables, double absorbance, int terms, boo
   const PlaneF epidermis(kSize, kSize, kMuAEpidermis), dermis(kSize, kSize, kMuADermis);
   const PlaneF transmittance(kSize, kSize, static_cast<float>(std::exp(-absorbance)));
   PlaneF out;
-  series.Render({tables, totals, epidermis, dermis, transmittance, light, false, terms, close}, out);
+  series.Render({tables, totals, 6.0, 3.0, epidermis, dermis, transmittance, light, false, terms, close},
+                out);
   return out;
 }
 
