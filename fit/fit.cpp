@@ -161,9 +161,11 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
         "The multipole's reflectance is 8 % too low to 40 % too high, which a small residual does not show: "
         "on real "
         "skin it finds about half too much melanin. Use --profiles exact there (docs/optics.md).");
-  const ModelMaker make_model = [&](const ImagingConditions& conditions) {
-    return ForwardModel(chromophores, *source, options.tissue, data.bands, conditions, options.forward);
-  };
+  ForwardOptions forward = options.forward;
+  // What few path lengths leave out must not jump by more than a forward difference changes.
+  if (options.method == FitMethod::kDescent) forward.path_tolerance = std::min(forward.path_tolerance, 1e-5);
+  const ForwardModel tables(chromophores, *source, options.tissue, data.bands, data.conditions, forward);
+  const ModelMaker make_model = [&](const ImagingConditions& conditions) { return tables.With(conditions); };
   const int full_width = data.width();
   data = ReduceData(data, ChooseSize(data, options, make_model, space.count(), log), space.count());
   if (data.width() < full_width) {

@@ -7,6 +7,7 @@
 #include <span>
 
 #include "common/core/error.h"
+#include "common/files/stack.h"
 #include "common/transport/band_optics.h"
 
 namespace dermap {
@@ -19,6 +20,46 @@ std::vector<PlaneF> RenderNodes(const Scene& scene, const Band& band, const Imag
   for (const FilterNode& node : FilterNodes(band)) lines.push_back({node.wavelength_nm, 0.0});
   const ForwardModel model(chromophores, source, scene.tissue, lines, conditions, ForwardOptions{});
   return model.Render(scene.maps);
+}
+
+// A plane of any size on the patch's grid, linearly between the middles of its pixels.
+PlaneF OnPatch(const PlaneF& plane) {
+  PlaneF patch(kPatchSize_px, kPatchSize_px);
+  const double scale_x = static_cast<double>(plane.width()) / kPatchSize_px;
+  const double scale_y = static_cast<double>(plane.height()) / kPatchSize_px;
+  for (int y = 0; y < kPatchSize_px; ++y) {
+    const double v = std::clamp((y + 0.5) * scale_y - 0.5, 0.0, plane.height() - 1.0);
+    const int y0 = std::min(static_cast<int>(v), std::max(0, plane.height() - 2)),
+              y1 = std::min(y0 + 1, plane.height() - 1);
+    for (int x = 0; x < kPatchSize_px; ++x) {
+      const double u = std::clamp((x + 0.5) * scale_x - 0.5, 0.0, plane.width() - 1.0);
+      const int x0 = std::min(static_cast<int>(u), std::max(0, plane.width() - 2)),
+                x1 = std::min(x0 + 1, plane.width() - 1);
+      const double upper = plane(x0, y0) + (u - x0) * (plane(x1, y0) - plane(x0, y0));
+      const double lower = plane(x0, y1) + (u - x0) * (plane(x1, y1) - plane(x0, y1));
+      patch(x, y) = static_cast<float>(upper + (v - y0) * (lower - upper));
+    }
+  }
+  return patch;
+}
+
+// The scene's own stack, band by band, as a reflectance factor of the rig's geometry.
+void TakeFromStack(const Scene& scene, PatchReflectance& patch) {
+  const ReflectanceStack stack = ReadReflectanceStack(scene.reflectance);
+  const double factor =
+      ExitAngleFactor(patch.conditions.geometry, scene.tissue.n_outside, scene.tissue.n_epidermis) /
+      ExitAngleFactor(stack.geometry, scene.tissue.n_outside, scene.tissue.n_epidermis);
+  for (const Band& band : patch.bands) {
+    const auto found = std::find_if(stack.bands.begin(), stack.bands.end(), [&](const Band& b) {
+      return std::abs(b.wavelength_nm - band.wavelength_nm) < 0.5;
+    });
+    if (found == stack.bands.end())
+      throw InputError(scene.reflectance.string() + " has no band at " + std::to_string(band.wavelength_nm) +
+                       " nm, which the rig has; make it for the rig's bands.");
+    PlaneF plane = OnPatch(stack.reflectance[found - stack.bands.begin()]);
+    for (float& value : plane.values()) value = static_cast<float>(value * factor);
+    patch.nodes.emplace_back(FilterNodes(band).size(), plane);
+  }
 }
 
 }  // namespace
@@ -62,6 +103,10 @@ PatchReflectance RenderPatch(const Scene& scene, const RigConfig& rig, const Pro
   if (scene.pattern) {
     const PlaneF plane = RenderPattern(*scene.pattern, rig.window_mm);
     for (const Band& band : patch.bands) patch.nodes.emplace_back(FilterNodes(band).size(), plane);
+    return patch;
+  }
+  if (!scene.reflectance.empty()) {
+    TakeFromStack(scene, patch);
     return patch;
   }
   const Chromophores chromophores(ConfigDirectory() / "spectra");

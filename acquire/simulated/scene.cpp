@@ -2,6 +2,9 @@
 // Reading a scene and drawing its maps.
 #include "acquire/simulated/scene.h"
 
+#include <algorithm>
+#include <numeric>
+
 #include "acquire/simulated/skin_features.h"
 #include "common/core/error.h"
 #include "common/files/tissue_config.h"
@@ -112,6 +115,24 @@ ParameterMaps ReadMaps(TomlTable& file, const Scene& scene, double pixel_size_mm
   return maps;
 }
 
+// Every map the mean of its cell, in cells x cells squares.
+void AverageCells(ParameterMaps& maps, int cells) {
+  const int side = kPatchSize_px / cells;
+  const auto average = [&](PlaneF& plane) {
+    for (int y = 0; y < kPatchSize_px; y += side) {
+      for (int x = 0; x < kPatchSize_px; x += side) {
+        double sum = 0.0;
+        for (int row = y; row < y + side; ++row)
+          sum += std::accumulate(plane.Row(row) + x, plane.Row(row) + x + side, 0.0);
+        for (int row = y; row < y + side; ++row)
+          std::fill_n(plane.Row(row) + x, side, static_cast<float>(sum / (side * side)));
+      }
+    }
+  };
+  for (PlaneF& plane : maps.planes) average(plane);
+  for (PlaneF& plane : maps.junction_absorbance) average(plane);
+}
+
 }  // namespace
 
 Scene ReadScene(const std::filesystem::path& path, double window_mm) {
@@ -126,7 +147,14 @@ Scene ReadScene(const std::filesystem::path& path, double window_mm) {
   Validate(scene.tissue);
   scene.pattern = ReadPattern(file, path.string());
   scene.bench = ReadBenchTable(file);
+  if (const std::string stack = file.String("reflectance", ""); !stack.empty())
+    scene.reflectance = path.parent_path() / stack;
+  const auto cells = static_cast<int>(file.Integer("cells", kPatchSize_px, 1, kPatchSize_px));
+  if (kPatchSize_px % cells != 0)
+    throw InputError(path.string() + ": cells is " + std::to_string(cells) + "; it must divide " +
+                     std::to_string(kPatchSize_px) + ".");
   ParameterMaps maps = ReadMaps(file, scene, window_mm / kPatchSize_px);
+  AverageCells(maps, cells);
   if (!scene.pattern) scene.maps = std::move(maps);
   file.Finish();
   return scene;

@@ -32,6 +32,9 @@ struct Scene {
   std::string profiles = "exact";  // source of the simulated truth
   TissueConfig tissue;
   ParameterMaps maps;  // empty where a test pattern stands in place of skin
+  // A stack that says what the skin reflects (hemispherical, lit through the window), in place of the forward
+  // model; empty: the model.
+  std::filesystem::path reflectance;
   std::optional<TestPattern> pattern;
   BenchConfig bench;
 };

@@ -30,9 +30,7 @@ BandRenderer::BandRenderer(int width, int height, const ImagingConditions& condi
       node_reflectance_(width, height),
       center_reflectance_(width, height) {
   if (options.engine == Engine::kLowRank) {
-    auto grid = std::make_unique<PathGrid>(width, height, conditions.pixel_size_mm, options.margin_mm,
-                                           conditions.illumination == Illumination::kWindow);
-    path_series_ = std::make_unique<PathSeries>(std::move(grid), options.coupling, options.path_tolerance);
+    path_series_ = std::make_unique<PathSeries>(width, height, conditions, options);
   } else {
     const Domain domain = DomainOf(width, height, conditions, options);
     gaussian_series_ = std::make_unique<ScatteringSeries>(

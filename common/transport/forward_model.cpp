@@ -84,6 +84,23 @@ ForwardModel::ForwardModel(const Chromophores& chromophores, const ProfileSource
   }
 }
 
+ForwardModel::ForwardModel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+
+ForwardModel ForwardModel::With(const ImagingConditions& conditions) const {
+  std::vector<Band> bands;
+  for (const BandOptics& band : impl_->optics) bands.push_back(band.band);
+  CheckModelInputs(bands, conditions, impl_->options);
+  auto impl = std::make_unique<Impl>();
+  impl->tissue = impl_->tissue;
+  impl->conditions = conditions;
+  impl->options = impl_->options;
+  impl->exit_angle_factor = static_cast<float>(
+      ExitAngleFactor(conditions.geometry, impl->tissue.n_outside, impl->tissue.n_epidermis));
+  impl->optics = impl_->optics;
+  impl->totals = impl_->totals;
+  return ForwardModel(std::move(impl));
+}
+
 ForwardModel::~ForwardModel() = default;
 ForwardModel::ForwardModel(ForwardModel&&) noexcept = default;
 

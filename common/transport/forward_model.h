@@ -73,6 +73,9 @@ class ForwardModel {
                const ForwardOptions& options, const ProgressFunction& progress = {});
   ~ForwardModel();
   ForwardModel(ForwardModel&&) noexcept;
+  // The same skin and bands under other conditions, such as another size of a pixel: the tables, which do not
+  // depend on them, are taken over.
+  ForwardModel With(const ImagingConditions& conditions) const;
 
   int band_count() const;
   const ImagingConditions& conditions() const;
@@ -94,6 +97,7 @@ class ForwardModel {
 
  private:
   struct Impl;
+  explicit ForwardModel(std::unique_ptr<Impl> impl);
   std::unique_ptr<Impl> impl_;
 };
 

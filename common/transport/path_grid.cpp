@@ -17,8 +17,9 @@ namespace {
 constexpr int kGranule = 8;  // a grid four times coarser still has even sides
 // On each side, where what arrives is lost. Mirrored light crosses it twice before it is back in the skin;
 // what the mirror gives too much and the lost skin too little nearly cancel at this width (window_test.cpp).
-constexpr double kRim_mm = 0.95;
+constexpr double kRim_mm = 1.0;
 constexpr double kRimBeyondMargin_mm = 0.35;
+constexpr double kNear_mm = 0.75;  // one passage of the epidermis leaves less than 1e-3 of its light beyond
 constexpr int kRadialSamples = 1024;
 constexpr double kTurn_per_mm = 0.1;  // samples are spaced like k below, like log k above
 constexpr double kLastRadial_per_mm = 2000.0;
@@ -97,51 +98,54 @@ double RadialTransform::At(double k_per_mm) const noexcept {
   return samples_[index] + (position - index) * (samples_[index + 1] - samples_[index]);
 }
 
-PathGrid::PathGrid(int patch_width, int patch_height, double pixel_size_mm, double margin_mm, bool lossy)
-    : pixel_size_mm_(pixel_size_mm) {
+PathLayout MakePathLayout(int patch_width, int patch_height, double pixel_size_mm, double margin_mm,
+                          bool lossy) {
   const auto pixels = [&](double length_mm) {
     return static_cast<int>(std::ceil(length_mm / pixel_size_mm));
   };
-  const int around = pixels(margin_mm) + (lossy ? pixels(kRimBeyondMargin_mm) : 0);
-  domain_.width = TransformSize(patch_width + 2 * around);
-  domain_.height = TransformSize(patch_height + 2 * around);
-  domain_.patch = {(domain_.width - patch_width) / 2, (domain_.height - patch_height) / 2, patch_width,
-                   patch_height};
-  const int rim_x = lossy ? std::min(pixels(kRim_mm), domain_.patch.x) : 0;
-  const int rim_y = lossy ? std::min(pixels(kRim_mm), domain_.patch.y) : 0;
-  skin_ = {rim_x, rim_y, domain_.width - 2 * rim_x, domain_.height - 2 * rim_y};
-  index_ = Plane<int>(domain_.width, domain_.height);
-  fraction_ = PlaneF(domain_.width, domain_.height);
-  for (int v = 0; v < domain_.height; ++v) {
-    for (int u = 0; u < domain_.width; ++u) {
-      const double k =
-          std::numbers::pi / pixel_size_mm *
-          std::hypot(static_cast<double>(u) / domain_.width, static_cast<double>(v) / domain_.height);
+  const auto centred = [](int width, int height, int inner_width, int inner_height, int granule) {
+    Domain domain;
+    domain.width = width;
+    domain.height = height;
+    domain.patch = {(width - inner_width) / 2 / granule * granule,
+                    (height - inner_height) / 2 / granule * granule, inner_width, inner_height};
+    return domain;
+  };
+  PathLayout layout;
+  const int around = pixels(std::min(margin_mm, kNear_mm));
+  const int near_width = TransformSize(patch_width + 2 * around);
+  const int near_height = TransformSize(patch_height + 2 * around);
+  layout.near = centred(near_width, near_height, patch_width, patch_height, 1);
+  const int margin = pixels(margin_mm) + (lossy ? pixels(kRimBeyondMargin_mm) : 0);
+  const int width = TransformSize(std::max(near_width, patch_width + 2 * margin));
+  const int height = TransformSize(std::max(near_height, patch_height + 2 * margin));
+  layout.whole = centred(width, height, near_width, near_height, kGranule);
+  const int rim_x = lossy ? std::min(pixels(kRim_mm), (width - patch_width) / 2) : 0;
+  const int rim_y = lossy ? std::min(pixels(kRim_mm), (height - patch_height) / 2) : 0;
+  layout.skin = {rim_x, rim_y, width - 2 * rim_x, height - 2 * rim_y};
+  return layout;
+}
+
+Domain Coarsened(const Domain& domain, int factor) {
+  Domain coarse;
+  coarse.width = domain.width / factor;
+  coarse.height = domain.height / factor;
+  coarse.patch = {domain.patch.x / factor, domain.patch.y / factor, domain.patch.width / factor,
+                  domain.patch.height / factor};
+  return coarse;
+}
+
+PathGrid::PathGrid(int width, int height, double pixel_size_mm)
+    : index_(width, height), fraction_(width, height) {
+  for (int v = 0; v < height; ++v) {
+    for (int u = 0; u < width; ++u) {
+      const double k = std::numbers::pi / pixel_size_mm *
+                       std::hypot(static_cast<double>(u) / width, static_cast<double>(v) / height);
       const double position = std::min(Coordinate(k) * PositionScale(), kRadialSamples - 1.0);
       index_(u, v) = static_cast<int>(position);
       fraction_(u, v) = static_cast<float>(position - index_(u, v));
     }
   }
-}
-
-double PathGrid::Nyquist_per_mm(int factor) const {
-  return std::numbers::pi / (factor * pixel_size_mm_);
-}
-
-PlaneF PathGrid::Share(const Region& region, int factor) const {
-  PlaneF fine(domain_.width, domain_.height), coarse;
-  for (int y = region.y; y < region.y + region.height; ++y)
-    std::fill_n(fine.Row(y) + region.x, region.width, 1.0f);
-  AverageBlocks(fine, factor, coarse);
-  return coarse;
-}
-
-PlaneF PathGrid::SkinShare(int factor) const {
-  return Share(skin_, factor);
-}
-
-PlaneF PathGrid::PatchShare(int factor) const {
-  return Share(domain_.patch, factor);
 }
 
 void PathGrid::Multiply(const RadialTransform& transform, PlaneF& spectrum) const {
@@ -188,6 +192,21 @@ void AverageBlocks(const PlaneF& fine, int factor, PlaneF& coarse) {
         for (int column = 0; column < factor; ++column) out[x] += share * in[x * factor + column];
     }
   }
+}
+
+PlaneF ShareOf(const Region& region, int width, int height, int factor) {
+  PlaneF fine(width, height), coarse;
+  for (int y = region.y; y < region.y + region.height; ++y)
+    std::fill_n(fine.Row(y) + region.x, region.width, 1.0f);
+  AverageBlocks(fine, factor, coarse);
+  return coarse;
+}
+
+void Crop(const PlaneF& whole, const Domain& domain, PlaneF& part) {
+  const Region& region = domain.patch;
+  EnsureShape(part, region.width, region.height);
+  for (int y = 0; y < region.height; ++y)
+    std::copy_n(whole.Row(y + region.y) + region.x, region.width, part.Row(y));
 }
 
 }  // namespace dermap

@@ -28,33 +28,30 @@ class RadialTransform {
   std::vector<float> samples_;
 };
 
+// Which pixels take part. Distances in fine pixels; `whole` and its position of `near` are multiples of 8, so
+// that grids up to 4 times coarser share borders with them.
+struct PathLayout {
+  Domain near;   // the patch, and around it what one passage of the epidermis carries light from
+  Domain whole;  // near (as its `patch`), and around it the skin that light comes back from below
+  Region skin;   // of whole: beyond it what arrives is lost
+};
+// At least `margin_mm` of skin around the patch; where `lossy`, a rim beyond it that takes what arrives.
+PathLayout MakePathLayout(int patch_width, int patch_height, double pixel_size_mm, double margin_mm,
+                          bool lossy);
+
+// The same in pixels that are `factor` times as large.
+Domain Coarsened(const Domain& domain, int factor);
+
+// The frequencies of a rectangle's cosine transform.
 class PathGrid {
  public:
-  // At least `margin_mm` of skin around the patch; where `lossy`, a rim beyond it that takes what arrives.
-  PathGrid(int patch_width, int patch_height, double pixel_size_mm, double margin_mm, bool lossy);
-
-  const Domain& domain() const { return domain_; }
-  double pixel_size_mm() const { return pixel_size_mm_; }
-  // The grid whose pixels are `factor` (1, 2 or 4) times as large.
-  int Width(int factor) const { return domain_.width / factor; }
-  int Height(int factor) const { return domain_.height / factor; }
-  double Nyquist_per_mm(int factor) const;
-
-  // Share of each pixel of the coarser grid that is skin (1, or 0 in the rim), and that lies in the patch.
-  PlaneF SkinShare(int factor) const;
-  PlaneF PatchShare(int factor) const;
-
-  // spectrum *= transform(k), on a spectrum of any of the grids.
+  PathGrid(int width, int height, double pixel_size_mm);
+  // spectrum *= transform(k), for a spectrum of this rectangle, or of a coarser grid on it.
   void Multiply(const RadialTransform& transform, PlaneF& spectrum) const;
 
  private:
-  Domain domain_;
-  Region skin_;
-  double pixel_size_mm_;
   Plane<int> index_;  // of each (u, v), into RadialTransform's samples
   PlaneF fraction_;
-
-  PlaneF Share(const Region& region, int factor) const;
 };
 
 // In place; width and height even.
@@ -67,5 +64,9 @@ void TruncateSpectrum(const PlaneF& fine, int factor, PlaneF& coarse);
 void ExtendSpectrum(const PlaneF& coarse, int factor, PlaneF& fine);
 // Means of factor x factor pixels.
 void AverageBlocks(const PlaneF& fine, int factor, PlaneF& coarse);
+// Share of each pixel that lies in a region of a plane of fine pixels.
+PlaneF ShareOf(const Region& region, int width, int height, int factor);
+// The part of `whole` that its domain calls patch.
+void Crop(const PlaneF& whole, const Domain& domain, PlaneF& part);
 
 }  // namespace dermap

@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <utility>
+#include <numbers>
 
 #include "common/core/kernel.h"
 
@@ -65,50 +65,80 @@ double ShareAt(const PathLayer& layer, int response, double k_per_mm, double mu_
 
 }  // namespace
 
-PathSeries::PathSeries(std::unique_ptr<PathGrid> grid, Coupling coupling, double tolerance)
-    : grid_(std::move(grid)), coupling_(coupling), tolerance_(tolerance) {}
+PathSeries::PathSeries(int patch_width, int patch_height, const ImagingConditions& conditions,
+                       const ForwardOptions& options)
+    : pixel_size_mm_(conditions.pixel_size_mm),
+      window_(conditions.illumination == Illumination::kWindow),
+      coupling_(options.coupling),
+      tolerance_(options.path_tolerance),
+      layout_(MakePathLayout(patch_width, patch_height, pixel_size_mm_, options.margin_mm, window_)),
+      near_grid_(layout_.near.width, layout_.near.height, pixel_size_mm_),
+      whole_grid_(layout_.whole.width, layout_.whole.height, pixel_size_mm_) {}
 
-// The coarsest grid that holds what comes through the epidermis, the dermis and the epidermis again.
-int PathSeries::CoarseFactor() const {
+// The coarsest grid that holds what comes through the epidermis, the dermis and the epidermis again, or,
+// after the first time, through both layers once more.
+int PathSeries::CoarseFactor(bool first) const {
+  const double e = epidermis_.range().highest, d = dermis_.range().highest;
   for (const int factor : {4, 2}) {
-    const double k = grid_->Nyquist_per_mm(factor);
-    const double e = epidermis_.range().highest, d = dermis_.range().highest;
-    const double share = ShareAt(epidermis_, kT1Forward, k, e) * ShareAt(dermis_, kR2Diffuse, k, d) *
-                         ShareAt(epidermis_, kT1Backward, k, e);
+    const double k = std::numbers::pi / (factor * pixel_size_mm_);
+    double share = ShareAt(epidermis_, kT1Forward, k, e) * ShareAt(dermis_, kR2Diffuse, k, d) *
+                   ShareAt(epidermis_, kT1Backward, k, e);
+    if (!first) share *= ShareAt(epidermis_, kR1Backward, k, e) * ShareAt(dermis_, kR2Diffuse, k, d);
     if (share <= kCoarseShare * tolerance_) return factor;
   }
   return 1;
 }
 
-void PathSeries::SetScene(const SeriesInput& input) {
-  const BandTables& t = input.tables;
-  const std::array epidermis{&t.r1_forward.transforms(), &t.t1_forward.transforms(), &t.r1_backward.transforms(),
-                             &t.t1_backward.transforms(), &t.r1_backward_black.transforms()};
-  const std::array dermis{&t.r2_diffuse.transforms(), &t.r2_normal.transforms()};
-  const double pixel = grid_->pixel_size_mm();
-  const auto used = std::span(epidermis).first(input.black_tape ? 5 : 4);
-  epidermis_.Set(used, input.mu_a_epidermis, 1.0 / input.mu_s_epidermis, pixel, coupling_, tolerance_);
-  dermis_.Set(dermis, input.mu_a_dermis, 1.0 / input.mu_s_dermis, pixel, coupling_, tolerance_);
-  factor_ = CoarseFactor();
-  skin_share_ = grid_->SkinShare(factor_);
-  if (input.black_tape) patch_share_ = grid_->PatchShare(factor_);
-  const auto coarsen = [&](const PlaneF& patch, PlaneF& coarse) {
-    ReplicateOutwards(patch, domain(), fine_);
-    AverageBlocks(fine_, factor_, coarse);
-    MultiplyBy(skin_share_.data(), coarse.size(), coarse.data());
-  };
-  coarse_epidermis_.resize(epidermis_.count());
-  for (int j = 0; j < epidermis_.count(); ++j) coarsen(epidermis_.leaving(j), coarse_epidermis_[j]);
-  coarse_dermis_.resize(dermis_.count());
-  for (int j = 0; j < dermis_.count(); ++j) coarsen(dermis_.leaving(j), coarse_dermis_[j]);
-  ReplicateOutwards(input.transmittance, domain(), junction_);
-  AverageBlocks(junction_, factor_, coarse_junction_);
+// A plane of the near pixels, made coarser and continued over all of the skin.
+void PathSeries::ToWhole(const PlaneF& near, int factor, PlaneF& whole) const {
+  PlaneF coarse;
+  AverageBlocks(near, factor, coarse);
+  ReplicateOutwards(coarse, Coarsened(layout_.whole, factor), whole);
 }
 
-// Phi * R1+ on the patch, and Phi * T1+ on the coarser grid.
+void PathSeries::SetBelow(int factor, const SeriesInput& input, Below& below) {
+  const Domain &near = layout_.near, &whole = layout_.whole;
+  if (below.factor != factor) {
+    below.factor = factor;
+    below.skin_share = ShareOf(layout_.skin, whole.width, whole.height, factor);
+    const Region patch{whole.patch.x + near.patch.x, whole.patch.y + near.patch.y, near.patch.width,
+                       near.patch.height};
+    below.patch_share = ShareOf(patch, whole.width, whole.height, factor);
+  }
+  const auto set = [&](const PathLayer& layer, std::vector<PlaneF>& planes) {
+    planes.resize(layer.count());
+    for (int j = 0; j < layer.count(); ++j) {
+      ReplicateOutwards(layer.leaving(j), near, fine_);
+      ToWhole(fine_, factor, planes[j]);
+      MultiplyBy(below.skin_share.data(), planes[j].size(), planes[j].data());
+    }
+  };
+  set(epidermis_, below.epidermis);
+  set(dermis_, below.dermis);
+  ReplicateOutwards(input.transmittance, near, junction_);
+  ToWhole(junction_, factor, below.junction);
+}
+
+void PathSeries::SetScene(const SeriesInput& input) {
+  const BandTables& t = input.tables;
+  const std::array epidermis{&t.r1_forward.transforms(), &t.t1_forward.transforms(),
+                             &t.r1_backward.transforms(), &t.t1_backward.transforms(),
+                             &t.r1_backward_black.transforms()};
+  const std::array dermis{&t.r2_diffuse.transforms(), &t.r2_normal.transforms()};
+  const auto used = std::span(epidermis).first(input.black_tape ? 5 : 4);
+  epidermis_.Set(used, input.mu_a_epidermis, 1.0 / input.mu_s_epidermis, pixel_size_mm_, coupling_,
+                 tolerance_);
+  dermis_.Set(dermis, input.mu_a_dermis, 1.0 / input.mu_s_dermis, pixel_size_mm_, coupling_, tolerance_);
+  SetBelow(CoarseFactor(true), input, first_);
+  SetBelow(CoarseFactor(false), input, rest_);
+}
+
+// Phi * R1+ on the patch, and Phi * T1+ below.
 void PathSeries::EnterEpidermis(const SeriesInput& input, PlaneF& reflectance) {
+  const int factor = first_.factor;
+  const Domain whole = Coarsened(layout_.whole, factor);
   Clear(reflectance, domain().patch.width, domain().patch.height);
-  Clear(down_, grid_->Width(factor_), grid_->Height(factor_));
+  Clear(first_.down, whole.width, whole.height);
   for (int j = 0; j < epidermis_.count(); ++j) {
     if (epidermis_.attenuates_entering()) {
       ReplicateOutwards(epidermis_.leaving(j), domain(), spectrum_);
@@ -117,124 +147,137 @@ void PathSeries::EnterEpidermis(const SeriesInput& input, PlaneF& reflectance) {
       spectrum_ = input.light;
     }
     CosineTransform(spectrum_);
-    TruncateSpectrum(spectrum_, factor_, coarse_);
-    grid_->Multiply(epidermis_.kernel(kR1Forward, j), spectrum_);
+    TruncateSpectrum(spectrum_, factor, coarse_);
+    near_grid_.Multiply(epidermis_.kernel(kR1Forward, j), spectrum_);
     InverseCosineTransform(spectrum_);
     AddOnPatch(epidermis_.leaving(j), spectrum_, domain().patch, reflectance);
-    grid_->Multiply(epidermis_.kernel(kT1Forward, j), coarse_);
+    near_grid_.Multiply(epidermis_.kernel(kT1Forward, j), coarse_);
     InverseCosineTransform(coarse_);
-    AddProduct(coarse_epidermis_[j].data(), coarse_.data(), coarse_.size(), down_.data());
+    // Beyond what is near there is no light to come through, or light and skin that go on.
+    if (window_) {
+      SurroundWithZeros(coarse_, whole, first_.scratch);
+    } else {
+      ReplicateOutwards(coarse_, whole, first_.scratch);
+    }
+    AddProduct(first_.epidermis[j].data(), first_.scratch.data(), first_.scratch.size(), first_.down.data());
   }
 }
 
 // Light that crosses the epidermis unscattered keeps its place.
 void PathSeries::AddBallistic(const SeriesInput& input) {
   const Region& patch = domain().patch;
-  Clear(fine_, domain().width, domain().height);
-  for (int y = 0; y < domain().height; ++y) {
-    const int from_y = std::clamp(y - patch.y, 0, patch.height - 1);
-    for (int x = 0; x < domain().width; ++x) {
-      const float light = input.light(x, y);
-      if (light == 0.0f) continue;
-      const int from_x = std::clamp(x - patch.x, 0, patch.width - 1);
-      fine_(x, y) = light * junction_(x, y) *
-                    input.totals.Ballistic(PositionInTable(input.mu_a_epidermis(from_x, from_y)));
-    }
+  PlaneF passes(patch.width, patch.height);
+  for (std::size_t i = 0; i < passes.size(); ++i)
+    passes.data()[i] = input.totals.Ballistic(PositionInTable(input.mu_a_epidermis.data()[i]));
+  ReplicateOutwards(passes, domain(), fine_);
+  MultiplyBy(junction_.data(), fine_.size(), fine_.data());
+  MultiplyBy(input.light.data(), fine_.size(), fine_.data());
+  if (!window_) {
+    ToWhole(fine_, first_.factor, ballistic_);
+    return;
   }
-  AverageBlocks(fine_, factor_, ballistic_);
+  AverageBlocks(fine_, first_.factor, coarse_);
+  SurroundWithZeros(coarse_, Coarsened(layout_.whole, first_.factor), ballistic_);
 }
 
-// up_ = R2 * (A down_), and R2 of ballistic light where there is some.
-void PathSeries::ReturnFromDermis(bool ballistic) {
-  MultiplyBy(coarse_junction_.data(), down_.size(), down_.data());
-  Clear(up_, down_.width(), down_.height());
-  const auto spectrum_of = [&](const PlaneF& light, int j, DermisResponse response, PlaneF& spectrum) {
+// up = R2 * (A down), and R2 of ballistic light where there is some.
+void PathSeries::ReturnFromDermis(Below& below, const PlaneF* ballistic) const {
+  MultiplyBy(below.junction.data(), below.down.size(), below.down.data());
+  Clear(below.up, below.down.width(), below.down.height());
+  const auto set_spectrum = [&](const PlaneF& light, int j, DermisResponse response, PlaneF& spectrum) {
     if (dermis_.attenuates_entering()) {
-      SetProduct(light, coarse_dermis_[j], spectrum);
+      SetProduct(light, below.dermis[j], spectrum);
     } else {
       spectrum = light;
     }
     CosineTransform(spectrum);
-    grid_->Multiply(dermis_.kernel(response, j), spectrum);
+    whole_grid_.Multiply(dermis_.kernel(response, j), spectrum);
   };
   for (int j = 0; j < dermis_.count(); ++j) {
-    spectrum_of(down_, j, kR2Diffuse, coarse_);
+    set_spectrum(below.down, j, kR2Diffuse, below.scratch);
     if (ballistic) {
-      spectrum_of(ballistic_, j, kR2Normal, coarse_spectrum_);
-      AddTo(coarse_spectrum_.data(), coarse_.size(), coarse_.data());
+      set_spectrum(*ballistic, j, kR2Normal, below.spectrum);
+      AddTo(below.spectrum.data(), below.scratch.size(), below.scratch.data());
     }
-    InverseCosineTransform(coarse_);
-    AddProduct(coarse_dermis_[j].data(), coarse_.data(), up_.size(), up_.data());
+    InverseCosineTransform(below.scratch);
+    AddProduct(below.dermis[j].data(), below.scratch.data(), below.up.size(), below.up.data());
   }
 }
 
-// down_ = R1- * (A up_); under black tape what meets the surface stays there.
-void PathSeries::ReturnFromEpidermis(bool black_tape) {
-  MultiplyBy(coarse_junction_.data(), up_.size(), up_.data());
-  Clear(down_, up_.width(), up_.height());
+// down = R1- * (A up); under black tape what meets the surface stays there.
+void PathSeries::ReturnFromEpidermis(Below& below, bool black_tape) const {
+  MultiplyBy(below.junction.data(), below.up.size(), below.up.data());
+  Clear(below.down, below.up.width(), below.up.height());
   for (int j = 0; j < epidermis_.count(); ++j) {
     if (epidermis_.attenuates_entering()) {
-      SetProduct(up_, coarse_epidermis_[j], coarse_);
+      SetProduct(below.up, below.epidermis[j], below.scratch);
     } else {
-      coarse_ = up_;
+      below.scratch = below.up;
     }
-    CosineTransform(coarse_);
-    if (black_tape) black_ = coarse_;
-    grid_->Multiply(epidermis_.kernel(kR1Backward, j), coarse_);
-    InverseCosineTransform(coarse_);
+    CosineTransform(below.scratch);
+    if (black_tape) below.spectrum = below.scratch;
+    whole_grid_.Multiply(epidermis_.kernel(kR1Backward, j), below.scratch);
+    InverseCosineTransform(below.scratch);
     if (black_tape) {
-      grid_->Multiply(epidermis_.kernel(kR1BackwardBlack, j), black_);
-      InverseCosineTransform(black_);
-      for (std::size_t i = 0; i < coarse_.size(); ++i)
-        coarse_.data()[i] =
-            black_.data()[i] + patch_share_.data()[i] * (coarse_.data()[i] - black_.data()[i]);
+      PlaneF& black = below.spectrum;
+      whole_grid_.Multiply(epidermis_.kernel(kR1BackwardBlack, j), black);
+      InverseCosineTransform(black);
+      for (std::size_t i = 0; i < black.size(); ++i)
+        below.scratch.data()[i] =
+            black.data()[i] + below.patch_share.data()[i] * (below.scratch.data()[i] - black.data()[i]);
     }
-    AddProduct(coarse_epidermis_[j].data(), coarse_.data(), down_.size(), down_.data());
+    AddProduct(below.epidermis[j].data(), below.scratch.data(), below.down.size(), below.down.data());
   }
 }
 
 // All further terms as if skin and light were uniform around each pixel: a geometric series of the last term.
-void PathSeries::AddRemainder(bool black_tape) {
-  const bool twice = coupling_ == Coupling::kReciprocal;  // attenuations are of half a path
-  for (std::size_t i = 0; i < up_.size(); ++i) {
+void PathSeries::AddRemainder(Below& below, bool black_tape) const {
+  const bool half = coupling_ == Coupling::kReciprocal;  // attenuations are of half a path
+  for (std::size_t i = 0; i < below.up.size(); ++i) {
     float r1 = 0.0f, r2 = 0.0f;
     for (int j = 0; j < epidermis_.count(); ++j) {
-      const float a = coarse_epidermis_[j].data()[i],
-                  open = static_cast<float>(epidermis_.total(kR1Backward, j));
-      const float total = black_tape ? open * patch_share_.data()[i] +
-                                           static_cast<float>(epidermis_.total(kR1BackwardBlack, j)) *
-                                               (1.0f - patch_share_.data()[i])
-                                     : open;
-      r1 += total * (twice ? a * a : a);
+      const float a = below.epidermis[j].data()[i];
+      auto total = static_cast<float>(epidermis_.total(kR1Backward, j));
+      if (black_tape) {
+        const auto black = static_cast<float>(epidermis_.total(kR1BackwardBlack, j));
+        total = black + below.patch_share.data()[i] * (total - black);
+      }
+      r1 += total * (half ? a * a : a);
     }
     for (int j = 0; j < dermis_.count(); ++j) {
-      const float a = coarse_dermis_[j].data()[i];
-      r2 += static_cast<float>(dermis_.total(kR2Diffuse, j)) * (twice ? a * a : a);
+      const float a = below.dermis[j].data()[i];
+      r2 += static_cast<float>(dermis_.total(kR2Diffuse, j)) * (half ? a * a : a);
     }
-    const float a = coarse_junction_.data()[i], quotient = a * a * r1 * r2;
-    up_sum_.data()[i] += up_.data()[i] * quotient / (1.0f - quotient);
+    const float a = below.junction.data()[i], quotient = a * a * r1 * r2;
+    below.up_sum.data()[i] += below.up.data()[i] * quotient / (1.0f - quotient);
   }
 }
 
-// reflectance += T1- * (A up_sum_).
-void PathSeries::LeaveEpidermis(PlaneF& reflectance) {
-  if (factor_ > 1) {
-    CosineTransform(up_sum_);
-    ExtendSpectrum(up_sum_, factor_, fine_);
+// upward_ += up, on the near pixels.
+void PathSeries::AddUpward(const PlaneF& up, int factor) {
+  Crop(up, Coarsened(layout_.whole, factor), coarse_);
+  if (factor > 1) {
+    CosineTransform(coarse_);
+    ExtendSpectrum(coarse_, factor, fine_);
     InverseCosineTransform(fine_);
   } else {
-    fine_ = up_sum_;
+    fine_ = coarse_;
   }
-  MultiplyBy(junction_.data(), fine_.size(), fine_.data());
+  AddTo(fine_.data(), fine_.size(), upward_.data());
+}
+
+// reflectance += T1- * (A upward_).
+void PathSeries::LeaveEpidermis(PlaneF& reflectance) {
+  MultiplyBy(junction_.data(), upward_.size(), upward_.data());
   for (int j = 0; j < epidermis_.count(); ++j) {
     if (epidermis_.attenuates_entering()) {
       ReplicateOutwards(epidermis_.leaving(j), domain(), spectrum_);
-      MultiplyBy(fine_.data(), spectrum_.size(), spectrum_.data());
+      MultiplyBy(upward_.data(), spectrum_.size(), spectrum_.data());
     } else {
-      spectrum_ = fine_;
+      spectrum_ = upward_;
     }
     CosineTransform(spectrum_);
-    grid_->Multiply(epidermis_.kernel(kT1Backward, j), spectrum_);
+    near_grid_.Multiply(epidermis_.kernel(kT1Backward, j), spectrum_);
     InverseCosineTransform(spectrum_);
     AddOnPatch(epidermis_.leaving(j), spectrum_, domain().patch, reflectance);
   }
@@ -246,14 +289,18 @@ void PathSeries::Render(const SeriesInput& input, PlaneF& reflectance) {
   if (input.terms < 1) return;
   const bool ballistic = input.totals.has_ballistic();
   if (ballistic) AddBallistic(input);
-  ReturnFromDermis(ballistic);
-  up_sum_ = up_;
+  ReturnFromDermis(first_, ballistic ? &ballistic_ : nullptr);
+  Clear(upward_, domain().width, domain().height);
+  AddUpward(first_.up, first_.factor);
+  AverageBlocks(first_.up, rest_.factor / first_.factor, rest_.up);
+  Clear(rest_.up_sum, rest_.up.width(), rest_.up.height());
   for (int term = 1; term < input.terms; ++term) {
-    ReturnFromEpidermis(input.black_tape);
-    ReturnFromDermis(false);
-    AddTo(up_.data(), up_.size(), up_sum_.data());
+    ReturnFromEpidermis(rest_, input.black_tape);
+    ReturnFromDermis(rest_, nullptr);
+    AddTo(rest_.up.data(), rest_.up.size(), rest_.up_sum.data());
   }
-  if (input.close) AddRemainder(input.black_tape);
+  if (input.close) AddRemainder(rest_, input.black_tape);
+  AddUpward(rest_.up_sum, rest_.factor);
   LeaveEpidermis(reflectance);
 }
 

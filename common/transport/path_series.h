@@ -14,8 +14,10 @@ namespace dermap {
 // Keeps all memory that a render needs; one a thread.
 class PathSeries {
  public:
-  PathSeries(std::unique_ptr<PathGrid> grid, Coupling coupling, double tolerance);
-  const Domain& domain() const { return grid_->domain(); }
+  PathSeries(int patch_width, int patch_height, const ImagingConditions& conditions,
+             const ForwardOptions& options);
+  // Where `SeriesInput::light` is given: the patch and a little around it.
+  const Domain& domain() const { return layout_.near; }
   // Hemispherical reflectance of the patch. Of `input`, the planes are as for ScatteringSeries.
   void Render(const SeriesInput& input, PlaneF& reflectance);
 
@@ -23,25 +25,36 @@ class PathSeries {
   enum EpidermisResponse { kR1Forward, kT1Forward, kR1Backward, kT1Backward, kR1BackwardBlack };
   enum DermisResponse { kR2Diffuse, kR2Normal };
 
+  // The skin below, in pixels `factor` times as large.
+  struct Below {
+    int factor = 0;
+    std::vector<PlaneF> epidermis, dermis;       // attenuations where light leaves
+    PlaneF junction, skin_share, patch_share;    // A; 1 where there is skin; 1 under the window
+    PlaneF down, up, up_sum, scratch, spectrum;  // light at the junction
+  };
+
   void SetScene(const SeriesInput& input);
-  int CoarseFactor() const;
+  int CoarseFactor(bool first) const;
+  void SetBelow(int factor, const SeriesInput& input, Below& below);
   void EnterEpidermis(const SeriesInput& input, PlaneF& reflectance);
   void AddBallistic(const SeriesInput& input);
-  void ReturnFromDermis(bool ballistic);
-  void ReturnFromEpidermis(bool black_tape);
-  void AddRemainder(bool black_tape);
+  void ReturnFromDermis(Below& below, const PlaneF* ballistic) const;
+  void ReturnFromEpidermis(Below& below, bool black_tape) const;
+  void AddRemainder(Below& below, bool black_tape) const;
+  void AddUpward(const PlaneF& up, int factor);
   void LeaveEpidermis(PlaneF& reflectance);
+  void ToWhole(const PlaneF& near, int factor, PlaneF& whole) const;
 
-  std::unique_ptr<PathGrid> grid_;
+  double pixel_size_mm_;
+  bool window_;
   Coupling coupling_;
   double tolerance_;
-  int factor_ = 1;  // of the coarser grid
+  PathLayout layout_;
+  PathGrid near_grid_, whole_grid_;
   PathLayer epidermis_, dermis_;
-  PlaneF junction_;                                       // A, fine
-  PlaneF coarse_junction_, skin_share_, patch_share_;     // coarse
-  std::vector<PlaneF> coarse_epidermis_, coarse_dermis_;  // attenuations where light leaves, coarse
-  PlaneF fine_, spectrum_;                                // scratch
-  PlaneF down_, up_, up_sum_, ballistic_, coarse_, coarse_spectrum_, black_;
+  Below first_, rest_;  // where light returns for the first time, and all times after
+  PlaneF junction_;     // A, near
+  PlaneF fine_, spectrum_, coarse_, ballistic_, upward_;
 };
 
 }  // namespace dermap

@@ -95,8 +95,8 @@ TEST(PathSeries, RangesAreStableUnderSmallChanges) {
 
 // Source: what a cosine transform is: a mode goes through with the factor of its own frequency.
 TEST(PathGrid, MultipliesEveryModeByItsTransform) {
-  const PathGrid grid(48, 48, 0.1, 0.8, false);
-  const int width = grid.domain().width, height = grid.domain().height;
+  const int width = 64, height = 48;
+  const PathGrid grid(width, height, 0.1);
   std::vector<float> values;
   for (const double k : TableFrequencies_per_mm())
     values.push_back(static_cast<float>(1.0 / (1.0 + 0.02 * k * k)));
