@@ -104,6 +104,12 @@ accepts 0 -- optics in/grid.csv -o out.csv --radial-mm 0.03,.50 --single --thin-
 [ "$(wc -l <out.csv)" -eq 2 ] && grep -q '^0.30,5e2,+1,0\.' out.csv || complain "optics: $(cat out.csv)"
 rm out.csv
 
+# --- study
+refuses 2 - 'name of a study is missing' -- study
+refuses 2 - 'nonsense|--help' -- study nonsense -o out
+refuses 2 out '--output' -- study optics --quick
+refuses 4 out 'in/file' -- study optics --quick -o in/file/out
+
 # --- capture: rig and plan
 rig=$root/config/rigs/simulated_8band.toml
 plan=$root/config/plans/standard.toml
