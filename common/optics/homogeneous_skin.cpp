@@ -10,9 +10,11 @@
 
 #include "common/core/error.h"
 #include "common/core/parallel.h"
+#include "common/optics/exact_profile_source.h"
 #include "common/optics/layers.h"
 #include "common/optics/multipole.h"
 #include "common/optics/plane_skin.h"
+#include "common/optics/radial_family.h"
 #include "common/optics/radial_profile.h"
 
 namespace dermap {
@@ -34,6 +36,20 @@ DermisOptics DermisOf(const SkinRow& row, const TissueConfig& config) {
           .n_above = config.n_epidermis,
           .epidermis = {row.mu_a_epidermis, row.mu_s_reduced_epidermis},
           .epidermis_thickness_mm = row.epidermis_thickness_mm};
+}
+
+// R(r) is wanted to within a per cent, and quickly: within 3e-3 of what tables would be made of, at a tenth
+// of the time.
+ExactEffort RadialEffort() {
+  ExactEffort effort;
+  effort.resolution.free_nodes = 16;
+  effort.resolution.nodes_per_interval = 6;
+  effort.resolution.fine_nodes_per_interval = 10;
+  effort.resolution.max_azimuths = 8;
+  effort.resolution.smallest_element = 0.2;
+  effort.resolution.least_largest_element = 0.6;
+  effort.opaque_beyond = 7.0;
+  return effort;
 }
 
 // The distinct keys of some rows, and which of them each row has.
@@ -59,7 +75,10 @@ struct Distinct {
 class HomogeneousSkin::Model {
  public:
   virtual ~Model() = default;
-  virtual void Evaluate(std::span<const SkinRow> rows, std::span<SkinResponses> responses) const = 0;
+  // What all rows of a long table share, or nullptr.
+  virtual std::unique_ptr<const RadialFamily> FamilyOf(std::span<const SkinRow>) const { return nullptr; }
+  virtual void Evaluate(std::span<const SkinRow> rows, const RadialFamily* family,
+                        std::span<SkinResponses> responses) const = 0;
 };
 
 // Totals by discrete ordinates; R(r) by the exact profiles, brought to that total.
@@ -70,10 +89,15 @@ class HomogeneousSkin::ExactModel : public Model {
         single_(request.single),
         config_(config),
         skin_(config),
-        source_(MakeProfileSource("exact")),
+        source_(RadialEffort()),
         radial_(request.radii_mm) {}
 
-  void Evaluate(std::span<const SkinRow> rows, std::span<SkinResponses> responses) const override {
+  std::unique_ptr<const RadialFamily> FamilyOf(std::span<const SkinRow> rows) const override {
+    return radial_.radii_mm().empty() ? nullptr : RadialFamily::Of(rows, source_, config_);
+  }
+
+  void Evaluate(std::span<const SkinRow> rows, const RadialFamily* family,
+                std::span<SkinResponses> responses) const override {
     const Distinct<std::array<double, 3>> upper(rows, [](const SkinRow& row) {
       return std::array{row.mu_a_epidermis, row.mu_s_reduced_epidermis, row.epidermis_thickness_mm};
     });
@@ -109,7 +133,7 @@ class HomogeneousSkin::ExactModel : public Model {
         r.stack_reflectance = stack.reflectance;
         r.stack_transmittance = stack.transmittance;
       }
-      if (!radial_.radii_mm().empty()) r.radial_per_mm2 = Radial(rows[i], r.reflectance);
+      if (!radial_.radii_mm().empty()) r.radial_per_mm2 = Radial(rows[i], family, r.reflectance);
     });
   }
 
@@ -118,7 +142,7 @@ class HomogeneousSkin::ExactModel : public Model {
   bool single_;
   TissueConfig config_;
   PlaneSkin skin_;
-  std::unique_ptr<ProfileSource> source_;
+  ExactProfileSource source_;
   RadialProfile radial_;
 
   double SingleScattering(const SkinRow& row) const {
@@ -126,15 +150,24 @@ class HomogeneousSkin::ExactModel : public Model {
                                   row.mu_a_dermis, row.mu_s_reduced_dermis, row.junction_absorbance);
   }
 
-  std::vector<double> Radial(const SkinRow& row, double total) const {
-    const EpidermisOptics upper = EpidermisOf(row, config_);
-    const DermisOptics lower = DermisOf(row, config_);
+  RadialFamily::Transforms Solve(const SkinRow& row) const {
     const double mu_t =
         std::max(row.mu_a_epidermis + row.mu_s_reduced_epidermis, row.mu_a_dermis + row.mu_s_reduced_dermis);
     const auto k = RadialProfile::Frequencies_per_mm(mu_t);
-    const EpidermisTransforms epidermis = source_->Epidermis(upper, k);
-    const DermisTransforms dermis = source_->Dermis(lower, k);
-    std::vector<double> values = radial_.At(upper, epidermis, dermis, row.junction_absorbance);
+    RadialFamily::Transforms solved{source_.Epidermis(EpidermisOf(row, config_), k), {}};
+    // The dermis is not asked where the epidermis is opaque.
+    const auto& through = solved.epidermis.t_backward;
+    const auto seen = std::find(through.begin(), through.end(), 0.0) - through.begin();
+    solved.dermis = source_.Dermis(DermisOf(row, config_), k.first(seen));
+    solved.dermis.r_diffuse.resize(k.size(), 0.0);
+    solved.dermis.r_normal.resize(k.size(), 0.0);
+    return solved;
+  }
+
+  std::vector<double> Radial(const SkinRow& row, const RadialFamily* family, double total) const {
+    const auto [epidermis, dermis] = family && family->Holds(row) ? family->At(row) : Solve(row);
+    std::vector<double> values =
+        radial_.At(EpidermisOf(row, config_), epidermis, dermis, row.junction_absorbance);
     const double ratio = total / TwoLayerReflectance(epidermis, dermis, row.junction_absorbance)[0];
     for (double& value : values) value *= ratio;
     return values;
@@ -150,7 +183,8 @@ class HomogeneousSkin::DiffusionModel : public Model {
         source_(MakeProfileSource(request.profiles)),
         radial_(request.radii_mm) {}
 
-  void Evaluate(std::span<const SkinRow> rows, std::span<SkinResponses> responses) const override {
+  void Evaluate(std::span<const SkinRow> rows, const RadialFamily*,
+                std::span<SkinResponses> responses) const override {
     ParallelFor(static_cast<int>(rows.size()), [&](int i) { responses[i] = Row(rows[i]); });
   }
 
@@ -222,9 +256,10 @@ HomogeneousSkin::~HomogeneousSkin() = default;
 std::vector<SkinResponses> HomogeneousSkin::Evaluate(std::span<const SkinRow> rows,
                                                      const ProgressFunction& progress) const {
   std::vector<SkinResponses> responses(rows.size());
+  const std::unique_ptr<const RadialFamily> family = model_->FamilyOf(rows);
   for (std::size_t start = 0; start < rows.size(); start += kBlock) {
     const std::size_t count = std::min<std::size_t>(kBlock, rows.size() - start);
-    model_->Evaluate(rows.subspan(start, count), std::span(responses).subspan(start, count));
+    model_->Evaluate(rows.subspan(start, count), family.get(), std::span(responses).subspan(start, count));
     if (progress) progress(static_cast<double>(start + count) / static_cast<double>(rows.size()));
   }
   return responses;
