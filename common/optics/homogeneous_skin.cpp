@@ -235,13 +235,23 @@ class HomogeneousSkin::DiffusionModel : public Model {
 HomogeneousSkin::HomogeneousSkin(const SkinRequest& request, const TissueConfig& config) {
   Validate(config);
   const std::unique_ptr<ProfileSource> source = MakeProfileSource(request.profiles);  // refuses unknown names
+  const bool peaked = config.anisotropy != 0.0;
+  if (peaked && request.profiles != "exact") {
+    throw InputError(
+        fmt::format("[tissue] anisotropy is {}, but the profiles '{}' know only isotropic (reduced) "
+                    "scattering; set it to 0 or take the "
+                    "profiles 'exact'.",
+                    config.anisotropy, request.profiles));
+  }
+  if (peaked && !request.radii_mm.empty()) {
+    throw InputError(
+        fmt::format("[tissue] anisotropy is {}: totals honour it, but R(r) is known for isotropic (reduced) "
+                    "scattering only (at 0.8 it "
+                    "would be up to 83 % off); set it to 0 or leave out the radii.",
+                    config.anisotropy));
+  }
   if (request.profiles == "exact") {
     model_ = std::make_unique<ExactModel>(request, config);
-  } else if (config.anisotropy != 0.0) {
-    throw InputError(fmt::format(
-        "[tissue] anisotropy is {}, but the profiles '{}' know only isotropic (reduced) scattering; set it "
-        "to 0 or take the profiles 'exact'.",
-        config.anisotropy, request.profiles));
   } else if (request.single) {
     throw InputError(fmt::format(
         "The profiles '{}' do not tell single scattering from multiple; take the profiles 'exact'.",

@@ -258,9 +258,10 @@ TEST(HomogeneousSkin, RowsAreIndependent) {
 }
 
 // What a source cannot honour it refuses.
-TEST(HomogeneousSkin, MultipoleRefusesWhatItDoesNotKnow) {
+TEST(HomogeneousSkin, RefusesWhatItDoesNotKnow) {
   TissueConfig config;
   config.anisotropy = 0.8;
+  EXPECT_THROW(HomogeneousSkin({.radii_mm = {0.1}}, config), InputError);
   EXPECT_THROW(HomogeneousSkin({.profiles = "multipole"}, config), InputError);
   EXPECT_THROW(HomogeneousSkin({.profiles = "multipole", .single = true}, {}), InputError);
   EXPECT_THROW(HomogeneousSkin({.profiles = "nonsense"}, {}), InputError);
