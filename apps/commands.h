@@ -8,5 +8,7 @@ int RunCaptureCommand(int argc, char** argv);
 int RunCalibrateCommand(int argc, char** argv);
 int RunFitCommand(int argc, char** argv);
 int RunRenderCommand(int argc, char** argv);
+int RunOpticsCommand(int argc, char** argv);
+int RunStudyCommand(int argc, char** argv);
 
 }  // namespace dermap

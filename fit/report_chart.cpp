@@ -64,13 +64,14 @@ class Plot {
       for (std::size_t i = 0; i < series.y.size(); ++i) {
         if (!Drawable(series.x[i], series.y[i])) continue;
         const double error = series.error.empty() || !std::isfinite(series.error[i]) ? 0.0 : series.error[i];
-        x_.Add(series.x[i]);
+        x_.Add(X(series.x[i]));
         y_.Add(Y(series.y[i]));
         if (!chart.log_y) y_.Add(series.y[i] + error);
+        if (!chart.log_y && !chart.y_from) y_.Add(series.y[i] - error);
       }
     }
     if (empty()) return;
-    if (chart.reference_y && Drawable(0.0, *chart.reference_y)) y_.Add(Y(*chart.reference_y));
+    if (chart.reference_y && Drawable(1.0, *chart.reference_y)) y_.Add(Y(*chart.reference_y));
     x_.Widen(0.03);
     if (chart.log_y) y_.WidenTo(0.5);
     y_.Widen(0.06);
@@ -78,10 +79,11 @@ class Plot {
   }
 
   bool empty() const { return x_.empty(); }
+  int Height() const { return chart_.height + static_cast<int>(kLegendLine) * legend_lines_; }
 
   std::string Draw() const {
     std::string svg = fmt::format(
-        R"(<svg class="chart" role="img" aria-label="{}" viewBox="0 0 {} {:.0f}" style="max-width:{}px">)",
+        R"(<svg class="chart" role="img" aria-label="{}" viewBox="0 0 {} {}" style="max-width:{}px">)",
         EscapeHtml(chart_.label), chart_.width, chart_.height + kLegendLine * legend_lines_,
         chart_.width + chart_.width / 5);
     svg += XAxis() + YAxis() + Reference();
@@ -91,42 +93,44 @@ class Plot {
 
  private:
   bool Drawable(double x, double y) const {
-    return std::isfinite(x) && std::isfinite(y) && (!chart_.log_y || y > 0.0);
+    return std::isfinite(x) && std::isfinite(y) && (!chart_.log_x || x > 0.0) && (!chart_.log_y || y > 0.0);
   }
+  double X(double value) const { return chart_.log_x ? std::log10(value) : value; }
   double Y(double value) const { return chart_.log_y ? std::log10(value) : value; }
   double right() const { return chart_.width - kRight; }
   double bottom() const { return chart_.height - kBottom; }
-  double PixelX(double x) const { return kLeft + (x - x_.low) / (x_.high - x_.low) * (right() - kLeft); }
+  double PixelX(double x) const { return kLeft + (X(x) - x_.low) / (x_.high - x_.low) * (right() - kLeft); }
   double PixelY(double y) const {
     return bottom() - (Y(y) - y_.low) / (y_.high - y_.low) * (bottom() - kTop);
   }
 
   std::string XAxis() const {
     std::string svg = Line("axis", kLeft, bottom(), right(), bottom());
-    const auto ticks = NiceTicks(x_.low, x_.high, 8);
+    const auto ticks = chart_.log_x ? LogTicks(x_) : NiceTicks(x_.low, x_.high, 8);
     const double step = ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0;
     for (const double tick : ticks) {
       svg += Line("axis", PixelX(tick), bottom(), PixelX(tick), bottom() + 5.0);
-      svg += Text("tick mid", PixelX(tick), bottom() + 19.0, FormatTick(tick, step));
+      svg += Text("tick mid", PixelX(tick), bottom() + 19.0,
+                  chart_.log_x ? FormatValue(tick) : FormatTick(tick, step));
     }
     return svg + Text("label mid", 0.5 * (kLeft + right()), bottom() + 39.0, chart_.x_label);
   }
 
-  // Decades, with 2 and 5 in between where there are few.
-  std::vector<double> LogTicks() const {
+  // Decades, with 2 and 5 in between where there are few; `range` is of logarithms.
+  static std::vector<double> LogTicks(const Range& range) {
     std::vector<double> ticks;
-    const bool fine = y_.high - y_.low < 2.0;
-    for (double decade = std::floor(y_.low); decade <= y_.high; decade += 1.0) {
+    const bool fine = range.high - range.low < 2.0;
+    for (double decade = std::floor(range.low); decade <= range.high; decade += 1.0) {
       for (const double factor : {1.0, 2.0, 5.0}) {
-        const double value = factor * std::pow(10.0, decade);
-        if ((fine || factor == 1.0) && Y(value) >= y_.low && Y(value) <= y_.high) ticks.push_back(value);
+        const double value = factor * std::pow(10.0, decade), at = std::log10(value);
+        if ((fine || factor == 1.0) && at >= range.low && at <= range.high) ticks.push_back(value);
       }
     }
     return ticks;
   }
 
   std::string YAxis() const {
-    const auto ticks = chart_.log_y ? LogTicks() : NiceTicks(y_.low, y_.high, 5);
+    const auto ticks = chart_.log_y ? LogTicks(y_) : NiceTicks(y_.low, y_.high, 5);
     const double step = ticks.size() > 1 ? ticks[1] - ticks[0] : 1.0;
     std::string svg;
     for (const double tick : ticks) {
@@ -183,6 +187,10 @@ class Plot {
 };
 
 }  // namespace
+
+int DrawnHeight(const Chart& chart) {
+  return Plot(chart).Height();
+}
 
 std::string DrawChart(const Chart& chart) {
   const Plot plot(chart);

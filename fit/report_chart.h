@@ -22,7 +22,8 @@ struct Chart {
   std::string label;  // what a screen reader says
   std::string x_label;
   std::string y_label;
-  bool log_y = false;                 // values that are not positive are left out
+  bool log_x = false;                 // values that are not positive are left out
+  bool log_y = false;                 // likewise
   std::optional<double> y_from;       // lowest value of a linear axis
   std::optional<double> reference_y;  // a dashed level with its name
   std::string reference_name;
@@ -30,6 +31,9 @@ struct Chart {
   int height = 340;
   std::vector<ChartSeries> series;
 };
+
+// Height of the drawn element, legend included, for a width of chart.width.
+int DrawnHeight(const Chart& chart);
 
 // The SVG element, or a sentence where there is nothing to draw.
 std::string DrawChart(const Chart& chart);

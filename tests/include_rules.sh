@@ -60,7 +60,16 @@ for header in "${headers[@]}"; do
   grep -q '^#pragma once' "$header" || fail "$header has no #pragma once"
 done
 
-# 5. The reference judges share no optics code with the model that they judge.
+# 5. Studies stand above the stages and below the commands; beside tests, they alone may ask the judges.
+mapfile -t files < <(sources studies)
+[ ${#files[@]} -gt 0 ] || fail "studies has no sources: the list in this script is out of date"
+forbid "studies may not include the commands" "apps/" "${files[@]}"
+mapfile -t files < <(sources studies | xargs grep -lE '^#include +"tests/' | sort)
+[ ${#files[@]} -gt 0 ] && forbid "studies may include only the judges of the tests" 'tests/(acquire|calibrate|common|fit|render|bench|cli)/' "${files[@]}"
+mapfile -t files < <(sources common acquire calibrate fit render apps)
+forbid "only studies and tests may include the judges" "tests/" "${files[@]}"
+
+# 6. The reference judges share no optics code with the model that they judge.
 mapfile -t files < <(sources tests/reference | grep -vE '_test\.cpp$')
 [ ${#files[@]} -gt 0 ] && forbid "tests/reference shares no optics code with common/" \
   'common/(spectra|tissue|optics|transport)/' "${files[@]}"

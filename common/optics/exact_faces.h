@@ -19,7 +19,8 @@ struct ExactResolution {
   int max_azimuths = 16;
   double smallest_element = 0.1;  // optical depth
   double element_ratio = 3.0;
-  double largest_element = 1.5;  // times the depth in which light dies away to 1/e
+  double largest_element = 1.5;        // times the depth in which light dies away to 1/e
+  double least_largest_element = 0.0;  // optical depth: of a slab, whatever that depth
 };
 
 struct ExactFaces {

@@ -89,7 +89,9 @@ Galerkin::Galerkin(const ExactFaces& faces, const ExactLayer& layer, const Exact
   const double kappa = layer.kappa, decay = std::max(DecayRate(layer.albedo, kappa), 1e-4);
   // A half-space ends, to the solver, where all but exp(-14) of what could still come back is lost.
   tau_ = IsSlab() ? layer.thickness : std::max(7.0 / decay, 12.0 / (1.0 + kappa));
-  const double largest = IsSlab() ? std::max(resolution.largest_element / decay, tau_ / 12.0) : tau_;
+  const double largest =
+      IsSlab() ? std::max({resolution.largest_element / decay, tau_ / 12.0, resolution.least_largest_element})
+               : tau_;
   const double smallest = resolution.smallest_element / (1.0 + 0.5 * std::min(kappa, 20.0));
   mesh_ = MakeDepthMesh(tau_, {smallest, resolution.element_ratio, largest}, IsSlab());
   kernel_ = KernelMatrix::Zero(mesh_.Size(), mesh_.Size());

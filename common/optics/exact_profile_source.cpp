@@ -35,7 +35,10 @@ double Entering(const EpidermisOptics& optics) {
 EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
                                                   std::span<const double> k_per_mm) const {
   const LayerOptics& layer = optics.layer;
-  const ExactFaces faces = MakeExactFaces(optics.n_above, layer.n, optics.n_below, optics.black_above, false);
+  const ExactFaces faces =
+      MakeExactFaces(optics.n_above, layer.n, optics.n_below, optics.black_above, false, effort_.resolution);
+  const ExactFaces bottomless =
+      MakeExactFaces(optics.n_above, layer.n, layer.n, optics.black_above, true, effort_.resolution);
   const double mu_t = Extinction(layer), entering = Entering(optics);
   ExactLayer exact;
   exact.thickness = optics.thickness_mm * mu_t;
@@ -45,14 +48,16 @@ EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
   EpidermisTransforms transforms;
   for (const double k : k_per_mm) {
     exact.kappa = k / mu_t;
-    const ExactResponses r = SolveExactLayer(faces, exact);
+    const bool opaque =
+        k > 0.0 && exact.thickness * DecayRate(exact.albedo, exact.kappa) > effort_.opaque_beyond;
+    const ExactResponses r = SolveExactLayer(opaque ? bottomless : faces, exact, effort_.resolution);
     // The sharp reflection of the lower face (5e-5 of the light) leaves with what was scattered.
     transforms.r_forward.push_back(entering * (r.r_normal + r.r_ballistic));
     transforms.t_forward.push_back(entering * r.t_normal);
     transforms.r_backward.push_back(r.r_up);
     transforms.t_backward.push_back(r.t_up);
     transforms.r_single.push_back(entering * r.r_normal_single);
-    transforms.t_ballistic = entering * r.t_ballistic;
+    if (!opaque) transforms.t_ballistic = entering * r.t_ballistic;
   }
   return transforms;
 }
@@ -60,7 +65,7 @@ EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
 DermisTransforms ExactProfileSource::Dermis(const DermisOptics& optics,
                                             std::span<const double> k_per_mm) const {
   const LayerOptics& layer = optics.layer;
-  const ExactFaces faces = MakeExactFaces(optics.n_above, layer.n, layer.n, false, true);
+  const ExactFaces faces = MakeExactFaces(optics.n_above, layer.n, layer.n, false, true, effort_.resolution);
   const double mu_t = Extinction(layer);
   ExactLayer exact;
   exact.albedo = layer.mu_s_reduced / mu_t;
@@ -69,7 +74,7 @@ DermisTransforms ExactProfileSource::Dermis(const DermisOptics& optics,
   DermisTransforms transforms;
   for (const double k : k_per_mm) {
     exact.kappa = k / mu_t;
-    const ExactResponses r = SolveExactLayer(faces, exact);
+    const ExactResponses r = SolveExactLayer(faces, exact, effort_.resolution);
     transforms.r_diffuse.push_back(r.r_down);
     transforms.r_normal.push_back(r.r_normal);
   }

@@ -18,11 +18,11 @@ constexpr int kStencil = 6;
 constexpr double kTurn_per_mm = 0.1;  // interpolation is in asinh(k / this): like log k above, like k below
 // What is left after single scattering is smoothed by a Gaussian of this width, too narrow to be seen at the
 // radii of interest, so that the integral over k ends.
-constexpr double kSmoothing_mm = 0.003;
+constexpr double kSmoothing_mm = 0.0015;
 
-constexpr int kFrequencyCount = 72;
+constexpr int kFrequencyCount = 77;
 constexpr double kFirst_per_mm = 0.02;
-constexpr double kLast_per_mm = 800.0;
+constexpr double kLast_per_mm = 1600.0;
 constexpr double kLargestKappa =
     15.0;  // asked for; beyond it what is left after single scattering falls as 1 / k^2
 

@@ -75,6 +75,43 @@ refuses 2 out.exr 'in/none.exr' -- render in/maps.exr -o out.exr --light in/none
 refuses 2 out.exr '1200' -- render in/maps.exr -o out.exr --wavelengths-nm 500,1200
 refuses 2 out.tif '.exr' -- render in/maps.exr -o out.tif
 
+# --- optics: grids that are missing, foreign, or wrong in one row
+columns=wavelength_nm,mu_a_epidermis_per_mm,mu_a_dermis_per_mm
+grid() { printf "$1" >in/grid.csv; }
+grid "$columns\n500,1,0.3\n"
+refuses 2 out.csv 'in/none.csv|No such file' -- optics in/none.csv -o out.csv
+refuses 2 out.csv 'nonsense|multipole' -- optics in/grid.csv -o out.csv --profiles nonsense
+refuses 2 out.csv '--radial-mm|0.1 mm' -- optics in/grid.csv -o out.csv --radial-mm '0.03,0.1 mm'
+refuses 2 out.csv '--radial-mm|-1' -- optics in/grid.csv -o out.csv --radial-mm=-1
+refuses 2 out.csv '--thin-dermis-mm' -- optics in/grid.csv -o out.csv --thin-dermis-mm 0
+refuses 2 out.csv 'in/range.toml|n_dermis' -- optics in/grid.csv -o out.csv --config in/range.toml
+refuses 2 out.csv 'multipole|single' -- optics in/grid.csv -o out.csv --profiles multipole --single
+printf '[tissue]\nanisotropy = 0.8\n' >in/anisotropic.toml
+refuses 2 out.csv 'multipole|anisotropy' -- optics in/grid.csv -o out.csv --profiles multipole --config in/anisotropic.toml
+refuses 2 out.csv 'anisotropy|R(r)' -- optics in/grid.csv -o out.csv --radial-mm 0.1 --config in/anisotropic.toml
+refuses 2 out.csv 'in/good.exr' -- optics in/good.exr -o out.csv
+for row in '500,1' '500,1,0.3,4' '500,one,0.3' '500,nan,0.3' '500,-1,0.3' '500,1,1e9' '100,1,0.3' '500,,0.3' '500,"1,0.3'; do
+  grid "# skins\r\n$columns\r\n500,1,0.3\r\n\r\n$row\r\n"
+  refuses 2 out.csv 'in/grid.csv line 5' -- optics in/grid.csv -o out.csv
+done
+grid "$columns\n"
+refuses 2 out.csv 'in/grid.csv|no rows' -- optics in/grid.csv -o out.csv
+grid "wavelength_nm,mu_a_epidermis_mm,mu_a_dermis_per_mm\n500,1,1\n"
+refuses 2 out.csv 'in/grid.csv line 1|mu_a_epidermis_per_mm' -- optics in/grid.csv -o out.csv
+grid "\xef\xbb\xbf# skins\r\nmu_a_dermis_per_mm, wavelength_nm ,\"mu_a_epidermis_per_mm\"\r\n\r\n0.30,5e2,+1\r\n"
+accepts 0 -- optics in/grid.csv -o out.csv --single --config in/anisotropic.toml
+accepts 0 -- optics in/grid.csv -o out.csv --radial-mm 0.03,.50 --single --thin-dermis-mm 1
+[ "$(head -1 out.csv)" = 'mu_a_dermis_per_mm,wavelength_nm,mu_a_epidermis_per_mm,reflectance,R1,T1,R2,single,stack_reflectance,stack_transmittance,R(0.03),R(.50)' ] ||
+  complain "optics: the columns are $(head -1 out.csv)"
+[ "$(wc -l <out.csv)" -eq 2 ] && grep -q '^0.30,5e2,+1,0\.' out.csv || complain "optics: $(cat out.csv)"
+rm out.csv
+
+# --- study
+refuses 2 - 'name of a study is missing' -- study
+refuses 2 - 'nonsense|--help' -- study nonsense -o out
+refuses 2 out '--output' -- study optics --quick
+refuses 4 out 'in/file' -- study optics --quick -o in/file/out
+
 # --- capture: rig and plan
 rig=$root/config/rigs/simulated_8band.toml
 plan=$root/config/plans/standard.toml

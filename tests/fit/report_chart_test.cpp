@@ -47,6 +47,20 @@ TEST(ReportChart, AxesAreLinearOrLogarithmic) {
   EXPECT_THAT(NestingFaults(svg), IsEmpty());
 }
 
+// Likewise along x.
+TEST(ReportChart, AcrossMayBeLogarithmic) {
+  Chart chart = ChartOf({1.0, 2.0, 3.0, 4.0});
+  chart.series[0].x = {0.0, 1.0, 10.0, 100.0};
+  chart.log_x = true;
+  const std::string svg = DrawChart(chart);
+  EXPECT_EQ(CountOf(svg, "<circle"), 3) << "0 has no logarithm";
+  std::vector<double> x;
+  for (std::size_t at = svg.find("cx=\""); at != std::string::npos; at = svg.find("cx=\"", at + 1)) {
+    x.push_back(std::atof(svg.c_str() + at + 4));
+  }
+  EXPECT_NEAR((x[1] - x[0]) / (x[2] - x[1]), 1.0, 0.01);
+}
+
 // The header's contract: values that cannot be drawn are left out; nothing at all is said in words.
 TEST(ReportChart, LeavesOutWhatCannotBeDrawn) {
   Chart chart = ChartOf({1.0, NAN, -3.0, 0.0, 10.0});
