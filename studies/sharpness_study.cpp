@@ -94,7 +94,9 @@ SharpnessStudy RunSharpnessStudy(const SharpnessStudyOptions& options, const Pro
   const double mean_free_path_mm = 1.0 / ReducedScatteringEpidermis(study.wavelength_nm, {});
   const int threads = std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
   for (const double width : widths) {
-    SharpnessPoint point{.width_mm = width * mean_free_path_mm, .width_per_mean_free_path = width};
+    SharpnessPoint point;
+    point.width_mm = width * mean_free_path_mm;
+    point.width_per_mean_free_path = width;
     const Strip strip = EdgeOf(study.wavelength_nm, point.width_mm);
     // Wider strips need more photons for the same noise.
     const double share = static_cast<double>(strip.skin.size()) * kPixel_mm / (2.0 * kBeside_mm);

@@ -21,8 +21,8 @@ TEST(SharpnessStudy, ReciprocalCouplingHoldsWhereGatherDoesNot) {
   EXPECT_GT(study.points[0].gather.net, 0.04);
   EXPECT_LT(study.points[0].reciprocal.net, 0.5 * study.points[0].gather.net);
   const TemporaryFolder folder;
-  WriteSharpnessStudy(folder.path(), study);
-  const auto json = nlohmann::json::parse(ReadFile(folder.path() / "sharpness.json"));
+  WriteSharpnessStudy(folder.path() / "study", study);
+  const auto json = nlohmann::json::parse(ReadTextFile(folder.path() / "study" / "sharpness.json"));
   EXPECT_EQ(json["points"].size(), 2u);
 }
 
