@@ -10,7 +10,10 @@
 namespace dermap {
 
 void ParallelFor(int count, const std::function<void(int)>& body) {
-  tbb::parallel_for(0, count, [&](int i) { body(i); });
+  // A context of its own: else a loop inside a body would end early, and silently, when another body throws.
+  tbb::task_group_context context(tbb::task_group_context::isolated);
+  tbb::parallel_for(
+      0, count, [&](int i) { body(i); }, context);
 }
 
 struct ThreadLimit::State {

@@ -4,6 +4,7 @@
 
 #include <limits>
 
+#include "common/optics/anisotropy.h"
 #include "common/optics/exact_layer.h"
 #include "common/optics/fresnel.h"
 
@@ -32,6 +33,16 @@ double Entering(const EpidermisOptics& optics) {
 
 }  // namespace
 
+ExactNeighbour NeighbourBelow(const EpidermisOptics& optics) {
+  return NeighbourOf(optics.layer, optics.dermis, 0.5 * optics.layer.mu_s_reduced, optics.n_below,
+                     std::numeric_limits<double>::infinity());
+}
+
+ExactNeighbour NeighbourAbove(const DermisOptics& optics) {
+  return NeighbourOf(optics.layer, optics.epidermis, 2.0 * optics.layer.mu_s_reduced, optics.n_above,
+                     optics.epidermis_thickness_mm);
+}
+
 EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
                                                   std::span<const double> k_per_mm) const {
   const LayerOptics& layer = optics.layer;
@@ -43,8 +54,7 @@ EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
   ExactLayer exact;
   exact.thickness = optics.thickness_mm * mu_t;
   exact.albedo = layer.mu_s_reduced / mu_t;
-  exact.below = NeighbourOf(layer, optics.dermis, 0.5 * layer.mu_s_reduced, optics.n_below,
-                            std::numeric_limits<double>::infinity());
+  exact.below = NeighbourBelow(optics);
   EpidermisTransforms transforms;
   for (const double k : k_per_mm) {
     exact.kappa = k / mu_t;
@@ -59,6 +69,7 @@ EpidermisTransforms ExactProfileSource::Epidermis(const EpidermisOptics& optics,
     transforms.r_single.push_back(entering * r.r_normal_single);
     if (!opaque) transforms.t_ballistic = entering * r.t_ballistic;
   }
+  if (layer.anisotropy != 0.0) ApplyAnisotropy(optics, transforms);
   return transforms;
 }
 
@@ -69,8 +80,7 @@ DermisTransforms ExactProfileSource::Dermis(const DermisOptics& optics,
   const double mu_t = Extinction(layer);
   ExactLayer exact;
   exact.albedo = layer.mu_s_reduced / mu_t;
-  exact.above = NeighbourOf(layer, optics.epidermis, 2.0 * layer.mu_s_reduced, optics.n_above,
-                            optics.epidermis_thickness_mm);
+  exact.above = NeighbourAbove(optics);
   DermisTransforms transforms;
   for (const double k : k_per_mm) {
     exact.kappa = k / mu_t;
@@ -78,6 +88,7 @@ DermisTransforms ExactProfileSource::Dermis(const DermisOptics& optics,
     transforms.r_diffuse.push_back(r.r_down);
     transforms.r_normal.push_back(r.r_normal);
   }
+  if (layer.anisotropy != 0.0) ApplyAnisotropy(optics, transforms);
   return transforms;
 }
 

@@ -19,12 +19,18 @@ struct ExactEffort {
   double opaque_beyond = std::numeric_limits<double>::infinity();
 };
 
+// The diffuse light that falls into a layer, as its typical neighbour sends it.
+ExactNeighbour NeighbourBelow(const EpidermisOptics& optics);
+ExactNeighbour NeighbourAbove(const DermisOptics& optics);
+
 class ExactProfileSource : public ProfileSource {
  public:
   explicit ExactProfileSource(const ExactEffort& effort = {}) : effort_(effort) {}
 
   std::string_view Name() const override { return "exact"; }
   bool IsCostly() const override { return true; }
+  // In the totals; the shapes are those of isotropic scattering (anisotropy.h).
+  bool KnowsAnisotropy() const override { return true; }
   EpidermisTransforms Epidermis(const EpidermisOptics& optics,
                                 std::span<const double> k_per_mm) const override;
   DermisTransforms Dermis(const DermisOptics& optics, std::span<const double> k_per_mm) const override;

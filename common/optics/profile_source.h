@@ -18,8 +18,9 @@ namespace dermap {
 
 struct LayerOptics {
   double mu_a = 0.0;          // 1/mm
-  double mu_s_reduced = 1.0;  // 1/mm, isotropic
+  double mu_s_reduced = 1.0;  // 1/mm
   double n = 1.4;
+  double anisotropy = 0.0;  // g of real scattering, mu_s = mu_s' / (1 - g); sources may know 0 only
 };
 
 // The layer from which diffuse light comes, as far as the light's directions depend on it: a typical one
@@ -70,6 +71,8 @@ class ProfileSource {
   virtual EpidermisTransforms Epidermis(const EpidermisOptics& optics,
                                         std::span<const double> k_per_mm) const = 0;
   virtual DermisTransforms Dermis(const DermisOptics& optics, std::span<const double> k_per_mm) const = 0;
+  // Whether LayerOptics::anisotropy is honoured.
+  virtual bool KnowsAnisotropy() const { return false; }
   // Tables of a costly source are made from few absorptions (sampled_source.h) and kept on disk
   // (table_cache.h).
   virtual bool IsCostly() const { return false; }

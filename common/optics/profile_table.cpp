@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <cassert>
 #include <cmath>
+#include <mutex>
 #include <utility>
 
 #include "common/core/error.h"
@@ -270,7 +271,8 @@ BandTables TablesFromCostly(const ProfileSource& source, double wavelength_nm, c
 EpidermisOptics EpidermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a) {
   return {.layer = {.mu_a = mu_a,
                     .mu_s_reduced = ReducedScatteringEpidermis(wavelength_nm, config),
-                    .n = config.n_epidermis},
+                    .n = config.n_epidermis,
+                    .anisotropy = config.anisotropy},
           .thickness_mm = config.epidermis_thickness_mm,
           .n_above = config.n_outside,
           .n_below = config.n_dermis,
@@ -280,17 +282,30 @@ EpidermisOptics EpidermisOpticsOf(const TissueConfig& config, double wavelength_
 DermisOptics DermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a) {
   return {.layer = {.mu_a = mu_a,
                     .mu_s_reduced = ReducedScatteringDermis(wavelength_nm, config),
-                    .n = config.n_dermis},
+                    .n = config.n_dermis,
+                    .anisotropy = config.anisotropy},
           .n_above = config.n_epidermis,
           .epidermis_thickness_mm = config.epidermis_thickness_mm};
 }
 
 BandTables BuildBandTables(const ProfileSource& source, double wavelength_nm, const TissueConfig& config) {
   Validate(config);
+  if (config.anisotropy != 0.0 && !source.KnowsAnisotropy()) {
+    throw InputError(
+        fmt::format("[tissue] anisotropy is {}, but the profiles '{}' know only isotropic (reduced) "
+                    "scattering; set it to 0 or take "
+                    "the profiles 'exact'.",
+                    config.anisotropy, source.Name()));
+  }
   if (config.anisotropy != 0.0) {
-    throw InputError(fmt::format(
-        "[tissue] anisotropy is {}, but profiles know only isotropic (reduced) scattering; set it to 0.",
-        config.anisotropy));
+    static std::once_flag once;
+    std::call_once(once, [&] {
+      spdlog::warn(
+          "[tissue] anisotropy is {}: totals honour it within 2 %, but light spreads sideways as with "
+          "isotropic scattering; "
+          "features narrower than a few mm are not to be trusted.",
+          config.anisotropy);
+    });
   }
   return source.IsCostly() ? TablesFromCostly(source, wavelength_nm, config)
                            : TablesFrom(source, wavelength_nm, config);

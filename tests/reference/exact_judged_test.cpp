@@ -6,6 +6,7 @@
 #include <cmath>
 #include <vector>
 
+#include "common/optics/anisotropy.h"
 #include "common/optics/exact_profile_source.h"
 #include "common/optics/layers.h"
 #include "common/optics/profile_table.h"
@@ -96,6 +97,56 @@ TEST(ExactTables, TwoLayerTotalsAgreeWithAddingDoubling) {
           EXPECT_LT(Score(tables.TotalReflectance(epidermis, dermis, absorbance), judge), 1.0)
               << wavelength_nm << ' ' << epidermis << ' ' << dermis << ' ' << absorbance;
         }
+      }
+    }
+  }
+}
+
+// Two solvers that share only the directions of light, the integral equation and discrete ordinates; source:
+// each other.
+TEST(Anisotropy, IsotropicTotalsAreThoseOfTheIntegralEquation) {
+  const ExactProfileSource exact;
+  for (const double mu_a : {0.05, 1.0, 8.0}) {
+    for (const bool black : {false, true}) {
+      EpidermisOptics upper = Epidermis(6.0, mu_a);
+      upper.black_above = black;
+      const auto transforms = exact.Epidermis(upper, kTotalOnly);
+      const EpidermisTotals totals = SolveEpidermisTotals(upper);
+      EXPECT_NEAR(totals.r_backward / transforms.r_backward[0], 1.0, 1e-4) << mu_a;
+      if (black) continue;
+      EXPECT_NEAR(totals.r_forward / transforms.r_forward[0], 1.0, 1e-4) << mu_a;
+      EXPECT_NEAR(totals.t_forward / transforms.t_forward[0], 1.0, 1e-4) << mu_a;
+      EXPECT_NEAR(totals.t_backward / transforms.t_backward[0], 1.0, 1e-4) << mu_a;
+      EXPECT_NEAR(totals.t_ballistic / transforms.t_ballistic, 1.0, 1e-4) << mu_a;
+    }
+    const auto below = exact.Dermis(Dermis(6.0, mu_a), kTotalOnly);
+    const DermisTotals totals = SolveDermisTotals(Dermis(6.0, mu_a));
+    EXPECT_NEAR(totals.r_diffuse / below.r_diffuse[0], 1.0, 3e-4) << mu_a;
+    EXPECT_NEAR(totals.r_normal / below.r_normal[0], 1.0, 3e-4) << mu_a;
+  }
+}
+
+// Source: adding-doubling with a forward peak. Asked: 2 % of two-layer totals (here of 0.02 and more) at g =
+// 0.8.
+TEST(Anisotropy, ResponsesOfTablesAgreeWithAddingDoubling) {
+  const ExactProfileSource exact;
+  TissueConfig config;
+  config.anisotropy = 0.8;
+  for (const double wavelength_nm : {400.0, 550.0, 720.0}) {
+    const double mu_s = ReducedScatteringEpidermis(wavelength_nm, config);
+    for (const double epidermis : {0.02, 0.5, 3.0, 20.0}) {
+      for (const double dermis : {0.02, 0.2, 5.0}) {
+        auto stack = Skin(mu_s, epidermis, dermis, 0.0175);
+        for (auto& layer : stack.layers) {
+          layer.g = config.anisotropy;
+          layer.mu_s /= 1.0 - layer.g;
+        }
+        const double judge = NormalIncidenceTotals(stack, 14).reflectance;
+        const double total = TwoLayerReflectance(
+            exact.Epidermis(EpidermisOpticsOf(config, wavelength_nm, epidermis), kTotalOnly),
+            exact.Dermis(DermisOpticsOf(config, wavelength_nm, dermis), kTotalOnly), 0.0175)[0];
+        EXPECT_NEAR(total, judge, 0.02 * std::max(judge, 0.02))
+            << wavelength_nm << ' ' << epidermis << ' ' << dermis;
       }
     }
   }

@@ -40,6 +40,27 @@ TEST(ParallelFor, MayBeNested) {
   EXPECT_EQ(calls, 600);
 }
 
+// The contract: every body of a loop is called unless one of its own throws, whatever happens around it.
+TEST(ParallelFor, InnerLoopsAreWholeWhenAnOuterBodyThrows) {
+  std::atomic<int> broken = 0, inner_loops = 0;
+  const auto outer = [&](int i) {
+    if (i % 2 == 1) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(5));
+      throw std::runtime_error("outer");
+    }
+    std::atomic<int> calls = 0;
+    ParallelFor(50, [&](int) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(1));
+      ++calls;
+    });
+    ++inner_loops;
+    if (calls != 50) ++broken;
+  };
+  for (int repeat = 0; repeat < 5; ++repeat) EXPECT_THROW(ParallelFor(2, outer), std::runtime_error);
+  EXPECT_GT(inner_loops, 0);
+  EXPECT_EQ(broken, 0);
+}
+
 int MostAtOnce(int count) {
   std::atomic<int> now = 0, most = 0;
   ParallelFor(count, [&](int) {
