@@ -34,7 +34,7 @@ constexpr double kModelError_px = 0.05;  // of an edge, beyond its noise: measur
 constexpr double kFarthest_px = 2.5;     // shift from where the edge was thought to be
 
 // Widths of the profiles that stand for skin's, mm: half of a mean free path to the reach of light in red.
-constexpr std::array<double, 3> kSpreads_mm{0.04, 0.10, 0.25};
+constexpr std::array<double, 2> kSpreads_mm{0.07, 0.22};
 constexpr int kSpreads = static_cast<int>(kSpreads_mm.size());
 // What is expected of the parameters that noise alone would leave open: one standard deviation.
 constexpr double kShareSigma = 0.5;
