@@ -95,8 +95,9 @@ std::vector<PatchSource> SourcesOf(const BandFrames& band, const std::map<int, N
   return sources;
 }
 
-PatchBand ResampleBand(const BandFrames& band, const std::map<int, NoiseModel>& models, int patch_px) {
-  ResampledPatch patch = ResamplePatch(SourcesOf(band, models, patch_px), patch_px);
+PatchBand ResampleBand(const BandFrames& band, const std::map<int, NoiseModel>& models, int patch_px,
+                       bool draft) {
+  ResampledPatch patch = ResamplePatch(SourcesOf(band, models, patch_px), patch_px, draft);
   return {std::move(patch.reflectance), std::move(patch.sigma)};
 }
 
@@ -170,23 +171,22 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
   result.noise = NoiseOfSession(blacks, frames, result.notes);
   std::vector<PatchBand> patches(bands.size());
   ParallelFor(count, [&](int i) {
-    patches[i] = ResampleBand(frames[i], result.noise, options.patch_px);
+    if (options.align) patches[i] = ResampleBand(frames[i], result.noise, options.patch_px, true);
     SetDriftUncertainty(frames[i].skins, result.noise, frames[i].record);
+    steps.Done();
+  });
+  clock.Done("draft");
+  if (options.align) Align(frames, patches, options);
+  DropUnalignable(frames);
+  clock.Done("align");
+  ParallelFor(count, [&](int i) {  // from the photosites again, so that nothing is interpolated twice
+    patches[i] = ResampleBand(frames[i], result.noise, options.patch_px, false);
     const PatchSource first = SourcesOf(frames[i], result.noise, options.patch_px)[0];
     frames[i].record.correlation = CorrelationOfNoise(first, options.patch_px);
     frames[i].record.blur_px = BlurOfPatch(first, frames[i].record.windows[0].blur_px, options.patch_px);
     steps.Done();
   });
   clock.Done("resample");
-  if (options.align) Align(frames, patches, options);
-  DropUnalignable(frames);
-  clock.Done("align");
-  ParallelFor(count, [&](int i) {  // from the photosites again, so that nothing is interpolated twice
-    if (frames[i].record.alignment.applied)
-      patches[i] = ResampleBand(frames[i], result.noise, options.patch_px);
-    steps.Done();
-  });
-  clock.Done("resample_aligned");
   Assemble(frames, patches, session, options, result);
   clock.Done("assemble");
   return result;

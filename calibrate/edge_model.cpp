@@ -25,6 +25,7 @@ constexpr std::size_t kMostSamples = 30000;
 constexpr double kFirstBlur_px = 0.7;
 constexpr double kLeastBlur_px = 0.3;  // a photosite's area alone: 1 / sqrt(12)
 constexpr double kMostBlur_px = 6.0;
+constexpr double kSettled_px = 0.002;  // a step that moves no edge farther is the last
 constexpr int kIterations = 12;
 constexpr int kRedescendFrom = 4;        // iteration from which outliers count for nothing
 constexpr double kHuber = 2.5;           // robust sigmas
@@ -302,7 +303,14 @@ std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std
   if (samples.size() < 50 * count || !StartLevels(samples, count, model)) return std::nullopt;
   Eigen::MatrixXd normal;
   double sigma = 0.0;
-  for (int i = 0; i < kIterations; ++i) sigma = Step(samples, i >= kRedescendFrom, model, normal);
+  for (int i = 0; i < kIterations; ++i) {
+    const auto before = model.shift;
+    sigma = Step(samples, i >= kRedescendFrom, model, normal);
+    double moved = 0.0;
+    for (std::size_t k = 0; k < before.size(); ++k)
+      moved = std::max(moved, std::abs(model.shift[k] - before[k]));
+    if (i > kRedescendFrom && moved < kSettled_px) break;
+  }
   for (const double shift : model.shift) {
     if (!std::isfinite(shift) || std::abs(shift) > kFarthest_px) return std::nullopt;
   }

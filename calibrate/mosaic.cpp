@@ -19,18 +19,20 @@ Plane<T> CropPlane(const Plane<T>& plane, int x0, int y0, int x1, int y1) {
   return out;
 }
 
-// Sums along one axis in steps of the pattern.
+// Sums along one axis in steps of the pattern, whole rows at a time.
 void SmoothAlong(const PlaneF& in, PlaneF& out, int dx, int dy) {
   const int radius = std::max(1, kSmoothReach / std::max(dx, dy));
   for (int y = 0; y < in.height(); ++y) {
-    for (int x = 0; x < in.width(); ++x) {
-      float sum = 0.0f;
-      for (int k = -radius; k <= radius; ++k) {
-        const int nx = x + k * dx;
-        const int ny = y + k * dy;
-        if (nx >= 0 && ny >= 0 && nx < in.width() && ny < in.height()) sum += in(nx, ny);
-      }
-      out(x, y) = sum;
+    float* to = out.Row(y);
+    std::fill_n(to, in.width(), 0.0f);
+    for (int k = -radius; k <= radius; ++k) {
+      const int ny = y + k * dy;
+      if (ny < 0 || ny >= in.height()) continue;
+      const int shift = k * dx;
+      const float* from = in.Row(ny);
+      const int first = std::max(0, -shift);
+      const int last = std::min(in.width(), in.width() - shift);
+      for (int x = first; x < last; ++x) to[x] += from[x + shift];
     }
   }
 }

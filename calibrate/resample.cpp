@@ -13,6 +13,7 @@ namespace {
 
 constexpr double kWeakestSignal = 3.0;  // of its own noise: weaker Spectralon photosites say nothing
 constexpr double kFewestSamples = 0.5;  // share of a pixel's samples that must exist
+constexpr double kSampleStep_px = 1.5;  // photosites; a bilinear sample reaches two to either side
 constexpr double kPlaneReach_px = 3.5;  // X-Trans: every colour lies within it several times
 constexpr int kCorrelationStep = 16;    // pixels between the places where correlation is reckoned
 
@@ -103,7 +104,7 @@ class SharedNoise {
 
 class Resampler {
  public:
-  Resampler(const PatchSource& source, int patch_px)
+  Resampler(const PatchSource& source, int patch_px, bool draft = false)
       : mosaic_(*source.mosaic),
         map_(source.map),
         noise_(NoiseOfPhotosites(*source.mosaic, source.noise)),
@@ -112,7 +113,9 @@ class Resampler {
     const Point b = map_({1, 0});
     const Point c = map_({1, 1});
     const double side = std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - b.x, c.y - b.y));
-    samples_ = std::max(2, static_cast<int>(std::ceil(side / patch_px - 0.25)));  // 2 as in [D08 7.2]
+    if (draft) return;
+    samples_ =
+        std::max(2, static_cast<int>(std::ceil(side / patch_px / kSampleStep_px)));  // 2 as in [D08 7.2]
   }
 
   void Pixel(int px, int py, PixelWeights& out) const {
@@ -290,9 +293,9 @@ class Resampler {
 
 }  // namespace
 
-ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px) {
+ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px, bool draft) {
   std::vector<Resampler> resamplers;
-  for (const PatchSource& source : sources) resamplers.emplace_back(source, patch_px);
+  for (const PatchSource& source : sources) resamplers.emplace_back(source, patch_px, draft);
   constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
   ResampledPatch patch{PlaneF(patch_px, patch_px, kMissing), PlaneF(patch_px, patch_px, kMissing)};
   PixelWeights weights;

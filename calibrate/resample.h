@@ -41,7 +41,8 @@ struct ResampledPatch {
 // the patch's size in photosites, more samples a pixel are taken, so that no photosite is left out. The noise
 // of repeated skin frames averages out; that of the one Spectralon frame which they share does so only as far
 // as the subject moved over its photosites between the repeats.
-ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px);
+// `draft`: two samples a pixel at most, quick: for finding the alignment.
+ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px, bool draft = false);
 
 // Correlation of the noise of pixels (dx, dy) apart, mean over a grid of places, reckoned from the weights.
 struct NoiseCorrelation {
