@@ -6,11 +6,75 @@
 #include "apps/command_line.h"
 #include "apps/commands.h"
 #include "calibrate/calibrate.h"
+#include "calibrate/check_picture.h"
+#include "calibrate/failure.h"
+#include "calibrate/folder_session.h"
+#include "calibrate/polarization.h"
+#include "calibrate/raw_frame.h"
 #include "calibrate/write_calibration.h"
 #include "common/files/atomic_file.h"
+#include "common/files/picture.h"
 
 namespace dermap {
 namespace {
+
+std::filesystem::path BesideStack(std::filesystem::path stack_path, const std::string& extension) {
+  return stack_path.replace_extension(extension);
+}
+
+StepSet StepsOf(const std::vector<std::string>& names) {
+  StepSet steps;
+  for (const std::string& name : names) {
+    const auto step = StepFromName(name);
+    if (!step) {
+      throw InputError("--skip: there is no step '" + name + "'; expected one of " + AllStepNames());
+    }
+    steps.insert(*step);
+  }
+  return steps;
+}
+
+Outcome MeasureAndWrite(const Session& session, bool verify, const std::filesystem::path& toml_path) {
+  if (verify) VerifyFrames(session);
+  const PolarizationMeasurement found = MeasurePolarization(
+      session, [&](const FrameRecord& record) { return ReadBayerFrame(session.directory / record.file); });
+  WriteFileAtomically(toml_path, PolarizationToml(found));
+  Outcome outcome;
+  for (const PolarizationBand& band : found.bands) {
+    char line[160];
+    std::snprintf(line, sizeof line, "%6.1f nm  Spectralon %+.4f +- %.4f  skin %+.4f +- %.4f\n",
+                  band.wavelength_nm, band.spectralon.value, band.spectralon.sigma, band.skin.value,
+                  band.skin.sigma);
+    outcome.text += line;
+  }
+  outcome.text += toml_path.string() + "\n";
+  outcome.fill_json = [found, toml_path](nlohmann::json& json) {
+    json = {{"toml", toml_path.string()},
+            {"flash_scatter", found.flash_scatter},
+            {"bands", nlohmann::json::array()}};
+    for (const PolarizationBand& b : found.bands) {
+      json["bands"].push_back({{"wavelength_nm", b.wavelength_nm},
+                               {"spectralon", b.spectralon.value},
+                               {"spectralon_sigma", b.spectralon.sigma},
+                               {"skin", b.skin.value},
+                               {"skin_sigma", b.skin.sigma}});
+    }
+  };
+  return outcome;
+}
+
+// A frame that cannot be calibrated leaves its picture, STACK.failure.png, and nothing else.
+CalibrationResult CalibrateOrShow(const Session& session, const CalibrationOptions& options,
+                                  const std::filesystem::path& stack_path) {
+  ProgressBar bar("calibrate");
+  try {
+    return CalibrateSession(session, options, bar.Function());
+  } catch (const CaptureFailure& failure) {
+    const auto picture = BesideStack(stack_path, ".failure.png");
+    WritePng(picture, failure.picture());
+    throw InputError(std::string(failure.what()) + " (see " + picture.string() + ")");
+  }
+}
 
 Outcome Summarize(const CalibrationResult& result, const std::string& stack_path) {
   Outcome outcome;
@@ -19,6 +83,12 @@ Outcome Summarize(const CalibrationResult& result, const std::string& stack_path
     std::snprintf(line, sizeof line, "%6.1f nm  reflectance %.4f  noise %.4f  %s\n", band.band.wavelength_nm,
                   band.median_reflectance, band.median_noise, band.dropped ? "DROPPED" : "");
     outcome.text += line;
+    for (const StepRecord& step : band.steps) {
+      if (!step.applied || (step.effect == 0.0 && step.sigma == 0.0)) continue;
+      std::snprintf(line, sizeof line, "           %-20s %+8.3f %%  +- %.3f %%\n",
+                    std::string(NameOf(step.step)).c_str(), 100 * step.effect, 100 * step.sigma);
+      outcome.text += line;
+    }
     for (const std::string& note : band.notes) outcome.text += "           " + note + "\n";
     if (band.dropped) outcome.code = ExitCode::kGoalNotReached;
   }
@@ -43,11 +113,19 @@ int RunCalibrateCommand(int argc, char** argv) {
   CommandLine command("calibrate",
                       "Turn a session's raw frames into an aligned reflectance stack with its noise.");
   std::filesystem::path session_dir;
+  std::filesystem::path files_toml;
   std::filesystem::path stack_path;
   CalibrationOptions options;
   bool no_align = false;
   bool no_verify = false;
-  command.app().add_option("SESSION", session_dir, "The session folder")->required();
+  bool polarization = false;
+  auto* session_option = command.app().add_option("SESSION", session_dir, "The session folder");
+  command.app()
+      .add_option("--from-folder", files_toml,
+                  "FILES.toml in place of SESSION: raw files without our manifest")
+      ->excludes(session_option);
+  command.app().add_flag("--polarization", polarization,
+                         "Measure the polarizer's amplitudes from s and p frames; -o names a TOML file");
   command.app().add_option("-o,--output", stack_path, "STACK.exr, or STACK.hdr for ENVI")->required();
   command.app()
       .add_option("--size", options.patch_px, "Pixels along a side of the patch (default 256)")
@@ -61,14 +139,28 @@ int RunCalibrateCommand(int argc, char** argv) {
                   "Factor on the certificate's reflectance, for polarized light (default 1)")
       ->check(CLI::Range(0.5, 2.0));
   command.app().add_flag("--no-align", no_align, "Align bands by the window alone");
+  std::vector<std::string> skip;
+  command.app()
+      .add_option("--skip", skip, "Steps to leave out, with commas: " + AllStepNames())
+      ->delimiter(',');
+  bool check = false;
+  command.app().add_flag("--check", check, "Also write STACK.check.png: windows, grids, alignment residuals");
   command.app().add_flag("--no-verify", no_verify, "Do not check the frames' SHA-256 first");
   return command.Run(argc, argv, [&] {
     options.align = !no_align;
     options.verify_hashes = !no_verify;
-    ProgressBar bar("calibrate");
-    const CalibrationResult result = CalibrateSession(ReadSession(session_dir), options, bar.Function());
+    options.skip = StepsOf(skip);
+    if (options.skip.count(Step::kAlignment) != 0) options.align = false;
+    if (session_dir.empty() == files_toml.empty())
+      throw InputError("nothing to calibrate; expected a SESSION folder, or --from-folder FILES.toml");
+    const bool foreign = !files_toml.empty();
+    const Session session = foreign ? ReadFolderSession(files_toml) : ReadSession(session_dir);
+    if (foreign) options.verify_hashes = false;  // nobody wrote any down
+    if (polarization) return MeasureAndWrite(session, options.verify_hashes, stack_path);
+    const CalibrationResult result = CalibrateOrShow(session, options, stack_path);
     FileBatch files;  // stack, record and pictures, or nothing
     WriteCalibration(stack_path, result);
+    if (check) WritePng(BesideStack(stack_path, ".check.png"), CheckPicture(result));
     files.Commit();
     return Summarize(result, stack_path.string());
   });

@@ -8,7 +8,9 @@ int RunCaptureCommand(int argc, char** argv);
 int RunCalibrateCommand(int argc, char** argv);
 int RunFitCommand(int argc, char** argv);
 int RunRenderCommand(int argc, char** argv);
+int RunImportCommand(int argc, char** argv);
 int RunOpticsCommand(int argc, char** argv);
 int RunStudyCommand(int argc, char** argv);
+int RunCalibrationStudyCommand(int argc, char** argv);
 
 }  // namespace dermap

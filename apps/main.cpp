@@ -22,6 +22,7 @@ constexpr std::array kCommands{
             RunCaptureCommand},
     Command{"calibrate", "turn a session's raw frames into an aligned reflectance stack",
             RunCalibrateCommand},
+    Command{"import", "bring a calibrated stack of TIFF or ENVI files into our layout", RunImportCommand},
     Command{"fit", "recover the chromophore maps of a reflectance stack", RunFitCommand},
     Command{"render", "render maps again: other light, other chromophores, other wavelengths",
             RunRenderCommand},

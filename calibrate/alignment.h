@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "calibrate/patch_map.h"
 #include "common/core/image.h"
 
 namespace dermap {
@@ -19,17 +20,19 @@ struct AlignmentOptions {
   int border_px = 16;  // left out: the tape's edges are a structure of the light, not of the skin
 };
 
-// A point x of the aligned patch lies at Rotate(x) + shift of the band, in pixels, rotation about the patch's
-// middle.
+// A point x of the aligned patch lies at x + warp(x) of the band, in pixels.
 struct BandAlignment {
-  double dx_px = 0.0;
+  Warp warp;
+  double dx_px = 0.0;  // of the patch's middle
   double dy_px = 0.0;
   double angle_rad = 0.0;
+  double stretch_px = 0.0;      // largest shift by what is neither shift nor rotation
   double correlation = 0.0;     // with the mean of the other bands
   double uncertainty_px = 0.0;  // one standard deviation of the shift, estimated
   bool applied = false;
   bool clearly_off = false;  // a sure shift beyond the limit: this band shows something else
   std::string note;          // why not applied; else empty
+  PlaneF residual;           // structure of the band against the mean of the others, in standard deviations
 };
 
 // One band a plane, all of one shape, NaN where missing; `noise`: one standard deviation, one plane a band.

@@ -17,6 +17,7 @@ struct SessionContext {
   const FrameReader& read;
   const BlackFrames& blacks;
   PixelRegion gray_card;
+  StepSet skip;  // steps that are left out
 };
 
 // One skin frame beside the band's Spectralon frame, cut to the window's surroundings.
@@ -28,6 +29,7 @@ struct SkinMosaic {
   double shared_black = 0.0;  // as in MosaicNoise
   double skin_black = 0.0;
   double spectralon_black = 0.0;
+  GrayCardRatio card;
 };
 
 struct BandFrames {
@@ -40,7 +42,9 @@ struct BandFrames {
 // The bands of which there are skin frames, ascending. Throws InputError where there are none.
 std::vector<Band> BandsOfSession(const Session& session);
 
-// Throws InputError naming the frame or the band: no Spectralon frame, a flash that did not fire, no window.
-BandFrames PrepareBand(const SessionContext& context, const Band& band, double certified_reflectance);
+// Throws InputError naming the frame or the band (CaptureFailure where there is something to be seen): no
+// Spectralon frame, a flash that did not fire, swapped frames, no window.
+// `certificate`: the panel's reflectance in this band and its relative uncertainty.
+BandFrames PrepareBand(const SessionContext& context, const Band& band, const Known& certificate);
 
 }  // namespace dermap

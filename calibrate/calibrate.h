@@ -2,12 +2,14 @@
 // A recorded session to an aligned stack of reflectance with its noise: the whole of this stage.
 #pragma once
 
+#include <array>
 #include <filesystem>
 #include <map>
 #include <string>
 #include <vector>
 
 #include "calibrate/alignment.h"
+#include "calibrate/corrections.h"
 #include "calibrate/frames.h"
 #include "calibrate/resample.h"
 #include "calibrate/window.h"
@@ -18,16 +20,13 @@
 namespace dermap {
 
 struct CalibrationOptions {
-  int patch_px = 256;  // [D08 7.2]
-  // Patch pixels along the border that are not valid: blurred with the tape, and skin's window is found a
-  // little small (see README).
-  double edge_mask_px = 5.0;
-  bool align = true;  // by what the bands share inside the window
+  int patch_px = 256;         // [D08 7.2]
+  double edge_mask_px = 5.0;  // patch pixels along the border that are not valid: blurred with the tape
+  bool align = true;          // by what the bands share inside the window
   AlignmentOptions alignment;
-  bool verify_hashes = true;  // every frame against its SHA-256 before anything else
-  // What the certificate's value is multiplied by: Spectralon behind crossed polarizers returns another share
-  // than its certificate says, by up to 5 % [D08 6.4]. Measured for a rig, or 1.
-  double spectralon_factor = 1.0;
+  bool verify_hashes = true;       // every frame against its SHA-256 before anything else
+  double spectralon_factor = 1.0;  // what the certificate's value is multiplied by
+  StepSet skip;                    // steps that are left out
 };
 
 struct BandCalibration {
@@ -44,10 +43,22 @@ struct BandCalibration {
   double saturated_share = 0.0;  // of the window's photosites
   double masked_share = 0.0;     // saturated, hot or dead
   NoiseCorrelation correlation;
+  Point blur_px;                  // what a pixel averages over, one standard deviation, pixels of the patch
+  std::vector<StepRecord> steps;  // in the order of their doing
+  double systematic_sigma = 0.0;  // all steps together, relative, common to all pixels
+  double effective_wavelength_nm =
+      0.0;  // of the light as the sensor weighs it; 0 where the rig does not tell
+  std::array<double, kLatticeCount> spectralon_colours{};  // mean signals, DN
+  std::array<char, kLatticeCount> lattice_colours{};
   bool dropped = false;
   std::vector<std::string> notes;
   PlaneF picture;              // the first skin frame, reduced, 0 ... 1
   double picture_scale = 1.0;  // picture pixels a photosite
+};
+
+struct StageSeconds {
+  std::string stage;
+  double seconds = 0.0;
 };
 
 struct CalibrationResult {
@@ -57,8 +68,10 @@ struct CalibrationResult {
   std::map<int, NoiseModel> noise;     // by ISO
   NoiseCorrelation correlation;        // mean of the bands in the stack
   double hot_share = 0.0;
+  double pixel_size_sigma_mm = 0.0;
   double edge_mask_px = 0.0;
   std::vector<std::string> notes;
+  std::vector<StageSeconds> seconds;  // where the time went
 };
 
 // Throws InputError naming the frame or band: no black or Spectralon frames, a damaged frame, a flash that

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-// The exact place of one edge of the window, by fitting a model of a blurred edge to the photosites
-// themselves.
+// The exact place of the window's four edges, by fitting a model of a blurred edge of lit skin to the
+// photosites themselves.
 #pragma once
 
+#include <array>
 #include <optional>
 
 #include "calibrate/homography.h"
@@ -26,16 +27,20 @@ inline constexpr double kCornerShare =
 struct EdgeShift {
   double from_px = 0.0;  // how far the edge lies inwards of where it was thought to be, at either end
   double to_px = 0.0;
-  double blur_px = 0.0;         // standard deviation of the blur, photosite's area included
+  double blur_px = 0.0;         // standard deviation of the blur, photosite's area included; of all edges
   double uncertainty_px = 0.0;  // one standard deviation of the shift in the middle
 };
 
-// Near the edge a photosite at the distance d inwards of it shows
-//   outside (1 - E) + (inside + a d + b t) E,  E = (1 + erf(d / (sqrt(2) blur))) / 2,
-// with levels of their own every few photosites along the edge; the edge's two ends and the blur are common.
-// Interpolating first would not do: where a filter's light reaches one colour only, its lattice steps by two
-// photosites, wider than the lens blurs, and half-level points are off by up to half a photosite. nullopt
-// where the fit fails or wanders off.
-std::optional<EdgeShift> FitEdgeModel(const Mosaic& mosaic, const Edge& edge);
+// Near an edge a photosite at the distance d inwards of it shows, blurred by the lens, `outside` for d < 0
+// and for d > 0
+//   inside (1 - sum_k w_k (1 - Phi(d / s_k))) + across d + along u,
+// Phi the normal distribution's integral: light that skin scatters sideways out of the lit half-plane is lost
+// under the tape, and since every profile of ours is a sum of Gaussians, so is what is lost. The widths s_k
+// are fixed in mm; the shares w_k and the blur are common to the four edges, the other levels to a stretch of
+// an edge. On a target without lateral transport the w_k come out as 0. Interpolating first would not do:
+// where a filter's light reaches one colour only, its lattice steps by two photosites, wider than the lens
+// blurs, and half-level points are off by up to half a photosite. nullopt where the fit fails or wanders off.
+std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std::array<Edge, 4>& edges,
+                                                 double window_mm);
 
 }  // namespace dermap

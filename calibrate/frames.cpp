@@ -10,6 +10,7 @@
 
 #include "calibrate/statistics.h"
 #include "common/core/error.h"
+#include "common/core/parallel.h"
 
 namespace dermap {
 namespace {
@@ -19,6 +20,9 @@ constexpr double kHotSigmas = 8.0;           // of the robust scatter among phot
 constexpr double kSmallestScatterDn = 0.75;  // where rounding hides the scatter
 constexpr double kDeadDeviation = 0.3;       // share of what the neighbours answer
 constexpr double kDeadSigmas = 8.0;
+constexpr double kFineSteps = 20000.0;  // white level above which steps of 1/16 DN would not reach far enough
+constexpr std::size_t kReadAhead = 2;   // black frames decoded at once
+constexpr double kLitBlack = 0.03;      // of full scale, mean
 
 std::string Shape(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -31,7 +35,8 @@ void CheckSensor(const FrameRecord& record, const BayerFrame& frame, const Senso
         " photosites, but the session's first black frame has " + Shape(sensor.width, sensor.height) +
         "; all frames of a session must come from one camera at one size: capture this frame again");
   }
-  if (frame.colours != sensor.colours || frame.white_level != sensor.white_level) {
+  if (frame.colours != sensor.colours || frame.period != sensor.period ||
+      frame.white_level != sensor.white_level) {
     throw InputError(
         record.file +
         ": another filter pattern or white level than the session's first black frame; all "
@@ -39,15 +44,97 @@ void CheckSensor(const FrameRecord& record, const BayerFrame& frame, const Senso
   }
 }
 
-// Every second photosite of every second row.
-PlaneF Lattice(const PlaneF& plane, int lattice) {
-  const int ox = lattice & 1;
-  const int oy = lattice >> 1;
-  PlaneF out((plane.width() - ox + 1) / 2, (plane.height() - oy + 1) / 2);
+// Every period-th photosite of every period-th row.
+PlaneF Lattice(const PlaneF& plane, int ox, int oy, int period) {
+  PlaneF out((plane.width() - ox + period - 1) / period, (plane.height() - oy + period - 1) / period);
   for (int y = 0; y < out.height(); ++y) {
-    for (int x = 0; x < out.width(); ++x) out(x, y) = plane(2 * x + ox, 2 * y + oy);
+    for (int x = 0; x < out.width(); ++x) out(x, y) = plane(period * x + ox, period * y + oy);
   }
   return out;
+}
+
+struct StepScatter {
+  double median = 0.0, sigma = 0.0;  // robust, in steps
+};
+
+// By counting: black frames take few different values.
+StepScatter MedianOfSteps(const Plane<std::uint16_t>& steps, int lattice, int stride) {
+  std::vector<std::uint32_t> histogram(65536, 0);
+  std::uint32_t total = 0;
+  for (int y = lattice >> 1; y < steps.height(); y += stride) {
+    for (int x = lattice & 1; x < steps.width(); x += stride) {
+      ++histogram[steps(x, y)];
+      ++total;
+    }
+  }
+  const auto median_of = [&](const std::vector<std::uint32_t>& counts) {
+    std::uint32_t below = 0;
+    std::size_t i = 0;
+    while (i + 1 < counts.size() && 2 * (below + counts[i]) < total) below += counts[i++];
+    return i;
+  };
+  const std::size_t median = median_of(histogram);
+  std::vector<std::uint32_t> deviations(65536, 0);
+  for (std::size_t i = 0; i < histogram.size(); ++i)
+    deviations[i > median ? i - median : median - i] += histogram[i];
+  return {double(median), 1.4826 * double(median_of(deviations))};
+}
+
+// Sums over the black frames of one level.
+struct BlackSums {
+  Plane<std::uint32_t> sum;
+  PlaneF squares;  // sum of squared deviations from the running mean (Welford), from the second frame on
+  int frames = 0;
+
+  void Add(const BayerFrame& frame) {
+    if (frames == 0) sum = Plane<std::uint32_t>(frame.values.width(), frame.values.height());
+    if (frames == 1) squares = PlaneF(sum.width(), sum.height());
+    const auto before = static_cast<float>(frames);
+    ++frames;
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      if (frames > 1) {
+        const float delta =
+            static_cast<float>(frame.values.data()[k]) - static_cast<float>(sum.data()[k]) / before;
+        squares.data()[k] += delta * delta * before / (before + 1.0f);
+      }
+      sum.data()[k] += frame.values.data()[k];
+    }
+  }
+
+  Plane<std::uint16_t> MeanIn(float step_dn) const {
+    Plane<std::uint16_t> mean(sum.width(), sum.height());
+    const float to_steps = 1.0f / (step_dn * static_cast<float>(frames));
+    for (std::size_t k = 0; k < sum.size(); ++k) {
+      const float steps = static_cast<float>(sum.data()[k]) * to_steps;
+      mean.data()[k] = static_cast<std::uint16_t>(std::min(steps + 0.5f, 65535.0f));
+    }
+    return mean;
+  }
+
+  // Of one frame, from frame to frame; NaN with one frame.
+  double Variance(const MaskPlane& hot) const {
+    double total = 0.0;
+    double count = 0.0;
+    for (std::size_t k = 0; k < squares.size(); ++k) {
+      if (hot.data()[k] != 0) continue;
+      total += squares.data()[k];
+      count += 1.0;
+    }
+    return count > 0.0 ? total / (count * (frames - 1)) : std::numeric_limits<double>::quiet_NaN();
+  }
+};
+
+// A lit frame in a black one's place would be subtracted from everything.
+void CheckBlack(const FrameRecord& record, const BayerFrame& frame) {
+  double sum = 0.0;
+  for (const auto v : frame.values.values()) sum += v;
+  const double mean = sum / static_cast<double>(frame.values.size());
+  const double share = (mean - frame.black_level) / (frame.white_level - frame.black_level);
+  if (share < kLitBlack) return;
+  throw InputError(
+      record.file + ": this black frame is lit (" + Short(100 * share) +
+      " % of full scale on average); expected darkness through the wheel's opaque slot: was a skin or "
+      "Spectralon frame put in its place? Restore it or capture it again");
 }
 
 // The photosites of the same colour around a saturated one are clipped now and then: their means would be too
@@ -75,70 +162,69 @@ void MarkSaturated(const BayerFrame& frame, SignalFrame& out) {
 
 }  // namespace
 
-BlackFrames::BlackFrames(const Session& session, const FrameReader& read) {
+BlackFrames::BlackFrames(const Session& session, const FrameReader& read, const SignalOptions& options)
+    : options_(options) {
   for (const FrameRecord& record : session.frames) {
-    if (record.role == FrameRole::kBlack) Add(record, read(record));
+    if (record.role != FrameRole::kBlack) continue;
+    const bool known = std::any_of(levels_.begin(), levels_.end(), [&](const BlackReference& level) {
+      return level.exposure_ms == record.exposure_ms && level.iso == record.iso;
+    });
+    if (!known) AddLevel(session, read, record.exposure_ms, record.iso);
   }
   if (levels_.empty()) {
     throw InputError(session.directory.string() +
                      ": the session has no black frame; at least one through the wheel's "
                      "opaque slot is needed: capture it with the same plan");
   }
-  FindHotPhotosites();
-  FindTemporalVariance();
-  squares_.clear();
 }
 
-void BlackFrames::Add(const FrameRecord& record, const BayerFrame& frame) {
-  if (levels_.empty()) {
-    sensor_ = {frame.values.width(), frame.values.height(), frame.colours, frame.white_level};
+// One exposure and ISO at a time, so that sums live no longer than needed.
+void BlackFrames::AddLevel(const Session& session, const FrameReader& read, double exposure_ms, int iso) {
+  std::vector<const FrameRecord*> records;
+  for (const FrameRecord& record : session.frames) {
+    if (record.role == FrameRole::kBlack && record.exposure_ms == exposure_ms && record.iso == iso)
+      records.push_back(&record);
   }
-  CheckSensor(record, frame, sensor_);
-  std::size_t i = 0;
-  while (i < levels_.size() && (levels_[i].exposure_ms != record.exposure_ms || levels_[i].iso != record.iso))
-    ++i;
-  if (i == levels_.size()) {
-    levels_.push_back({record.exposure_ms, record.iso, 0, PlaneF(sensor_.width, sensor_.height), 0.0});
-    squares_.emplace_back(sensor_.width, sensor_.height);
+  BlackSums sums;
+  std::array<BayerFrame, kReadAhead> ahead;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    if (i % kReadAhead == 0) {
+      ParallelFor(static_cast<int>(std::min(kReadAhead, records.size() - i)), [&](int k) {
+        ahead[static_cast<std::size_t>(k)] = read(*records[i + static_cast<std::size_t>(k)]);
+      });
+    }
+    const BayerFrame& frame = ahead[i % kReadAhead];
+    if (hot_.empty()) {
+      sensor_ = {frame.values.width(), frame.values.height(), frame.colours, frame.period, frame.white_level};
+      hot_ = MaskPlane(sensor_.width, sensor_.height, 0);
+    }
+    CheckSensor(*records[i], frame, sensor_);
+    CheckBlack(*records[i], frame);
+    sums.Add(frame);
   }
-  BlackReference& level = levels_[i];
-  ++level.frames;
-  for (std::size_t k = 0; k < frame.values.size(); ++k) {  // Welford's running mean and sum of squares
-    const float delta = frame.values.data()[k] - level.mean.data()[k];
-    level.mean.data()[k] += delta / static_cast<float>(level.frames);
-    squares_[i].data()[k] += delta * (frame.values.data()[k] - level.mean.data()[k]);
-  }
+  BlackReference level;
+  level.exposure_ms = exposure_ms;
+  level.iso = iso;
+  level.frames = sums.frames;
+  level.step_dn = sensor_.white_level > kFineSteps ? 0.25f : 1.0f / 16.0f;
+  level.mean_steps = sums.MeanIn(level.step_dn);
+  FindHotPhotosites(level);
+  level.level_dn = level.step_dn * MedianOfSteps(level.mean_steps, 0, 1).median;
+  level.temporal_variance = sums.Variance(hot_);
+  levels_.push_back(std::move(level));
 }
 
-void BlackFrames::FindHotPhotosites() {
-  hot_ = MaskPlane(sensor_.width, sensor_.height, 0);
-  for (const BlackReference& level : levels_) {
-    for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
-      const PlaneF values = Lattice(level.mean, lattice);
-      const RobustScatter scatter = MedianAndScatter(values.values());
-      const double limit = kHotSigmas * std::max(scatter.sigma, kSmallestScatterDn);
-      for (int y = 0; y < values.height(); ++y) {
-        for (int x = 0; x < values.width(); ++x) {
-          if (std::abs(values(x, y) - scatter.median) <= limit) continue;
-          hot_(2 * x + (lattice & 1), 2 * y + (lattice >> 1)) = kPhotositeHot;
-        }
+void BlackFrames::FindHotPhotosites(const BlackReference& level) {
+  if (!options_.mask_hot) return;
+  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
+    const StepScatter scatter = MedianOfSteps(level.mean_steps, lattice, 2);
+    const double limit =
+        kHotSigmas * std::max(double(level.step_dn) * scatter.sigma, kSmallestScatterDn) / level.step_dn;
+    for (int y = lattice >> 1; y < sensor_.height; y += 2) {
+      for (int x = lattice & 1; x < sensor_.width; x += 2) {
+        if (std::abs(level.mean_steps(x, y) - scatter.median) > limit) hot_(x, y) = kPhotositeHot;
       }
     }
-  }
-}
-
-void BlackFrames::FindTemporalVariance() {
-  for (std::size_t i = 0; i < levels_.size(); ++i) {
-    double sum = 0.0;
-    std::size_t count = 0;
-    for (std::size_t k = 0; k < hot_.size(); ++k) {
-      if (hot_.data()[k] != 0) continue;
-      sum += squares_[i].data()[k];
-      ++count;
-    }
-    const int degrees = levels_[i].frames - 1;
-    levels_[i].temporal_variance = degrees > 0 && count > 0 ? sum / (static_cast<double>(count) * degrees)
-                                                            : std::numeric_limits<double>::quiet_NaN();
   }
 }
 
@@ -169,23 +255,45 @@ SignalFrame ReadSignal(const FrameRecord& record, const FrameReader& read, const
   const BayerFrame frame = read(record);
   CheckSensor(record, frame, blacks.sensor());
   const BlackFrames::Match match = blacks.Find(record.exposure_ms, record.iso);
-  SignalFrame out{record,       match.level, PlaneF(frame.values.width(), frame.values.height()),
-                  blacks.hot(), 0.0,         {}};
+  SignalFrame out{
+      record, match.level, frame.period, PlaneF(frame.values.width(), frame.values.height()), blacks.hot(),
+      0.0,    {}};
   if (!match.note.empty()) out.notes.push_back(match.note);
   if (frame.iso > 0 && record.iso > 0 && frame.iso != record.iso) {
     out.notes.push_back(record.file + " itself says ISO " + std::to_string(frame.iso) +
                         ", the session says ISO " + std::to_string(record.iso));
   }
+  const SignalOptions& options = blacks.options();
+  const auto curve = static_cast<float>(options.nonlinearity / blacks.FullScale(*match.level));
+  const auto stated = static_cast<float>(frame.black_level);
   for (std::size_t i = 0; i < frame.values.size(); ++i) {
-    out.signal.data()[i] = static_cast<float>(frame.values.data()[i]) - match.level->mean.data()[i];
+    const float black = options.subtract_black ? match.level->Mean(i) : stated;
+    const float signal = static_cast<float>(frame.values.data()[i]) - black;
+    out.signal.data()[i] = signal * (1.0f + curve * signal);
   }
   MarkSaturated(frame, out);
   return out;
 }
 
-void MarkDead(const PlaneF& spectralon, MaskPlane& mask) {
-  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
-    PlaneF values = Lattice(spectralon, lattice);
+std::array<double, kLatticeCount> LatticeMeans(const SignalFrame& frame) {
+  std::array<double, kLatticeCount> sum{}, count{};
+  for (int y = 0; y < frame.signal.height(); ++y) {
+    for (int x = 0; x < frame.signal.width(); ++x) {
+      if ((frame.mask(x, y) & kPhotositeHot) != 0) continue;  // saturated ones are bright: they count here
+      sum[LatticeOf(x, y)] += frame.signal(x, y);
+      count[LatticeOf(x, y)] += 1.0;
+    }
+  }
+  for (int i = 0; i < kLatticeCount; ++i) sum[i] = count[i] > 0.0 ? sum[i] / count[i] : 0.0;
+  return sum;
+}
+
+void MarkDead(const PlaneF& spectralon, int period, MaskPlane& mask) {
+  for (int kind = 0; kind < period * period; ++kind) {
+    const int ox = kind % period;
+    const int oy = kind / period;
+    PlaneF values = Lattice(spectralon, ox, oy, period);
+    if (values.empty()) continue;
     PlaneF around(values.width(), values.height());
     const cv::Mat in(values.height(), values.width(), CV_32F, values.data());
     cv::Mat out(values.height(), values.width(), CV_32F, around.data());
@@ -197,7 +305,7 @@ void MarkDead(const PlaneF& spectralon, MaskPlane& mask) {
       for (int x = 0; x < values.width(); ++x) {
         const double off = std::abs(values(x, y) - around(x, y));
         if (off > kDeadDeviation * around(x, y) && off > kDeadSigmas * scatter) {
-          mask(2 * x + (lattice & 1), 2 * y + (lattice >> 1)) |= kPhotositeDead;
+          mask(period * x + ox, period * y + oy) |= kPhotositeDead;
         }
       }
     }

@@ -31,22 +31,34 @@ struct SensorFormat {
   int width = 0;
   int height = 0;
   std::array<char, kLatticeCount> colours{};
+  int period = 2;
   double white_level = 0.0;
 };
 
-// Mean of all black frames of one exposure and ISO.
+// Mean of all black frames of one exposure and ISO, in steps of a fraction of a DN: half of the memory of
+// floats, and finer than what rounding to whole DN leaves of it. What exceeds the range is hot in any case.
 struct BlackReference {
   double exposure_ms = 0.0;
   int iso = 0;
   int frames = 0;
-  PlaneF mean;                     // DN
+  Plane<std::uint16_t> mean_steps;
+  float step_dn = 1.0f / 16.0f;
+  double level_dn = 0.0;           // median
   double temporal_variance = 0.0;  // of one frame, DN^2, from frame to frame; NaN with one frame
+  float Mean(std::size_t i) const { return step_dn * static_cast<float>(mean_steps.data()[i]); }
+};
+
+// What is done to a frame's values on the way to a signal.
+struct SignalOptions {
+  bool subtract_black = true;  // else the level that the file itself states
+  bool mask_hot = true;
+  double nonlinearity = 0.0;  // light = signal (1 + nonlinearity signal / full scale)
 };
 
 // All black frames of a session. Throws InputError where there is none, or where their shapes differ.
 class BlackFrames {
  public:
-  BlackFrames(const Session& session, const FrameReader& read);
+  BlackFrames(const Session& session, const FrameReader& read, const SignalOptions& options = {});
 
   struct Match {
     const BlackReference* level;
@@ -59,15 +71,16 @@ class BlackFrames {
   const MaskPlane& hot() const { return hot_; }
   double hot_share() const;
   const std::vector<BlackReference>& levels() const { return levels_; }
+  const SignalOptions& options() const { return options_; }
+  double FullScale(const BlackReference& level) const { return sensor_.white_level - level.level_dn; }
 
  private:
-  void Add(const FrameRecord& record, const BayerFrame& frame);
-  void FindHotPhotosites();
-  void FindTemporalVariance();
+  void AddLevel(const Session& session, const FrameReader& read, double exposure_ms, int iso);
+  void FindHotPhotosites(const BlackReference& level);
 
   SensorFormat sensor_;
+  SignalOptions options_;
   std::vector<BlackReference> levels_;
-  std::vector<PlaneF> squares_;  // a level each: sum of squared deviations from the mean
   MaskPlane hot_;
 };
 
@@ -75,17 +88,21 @@ class BlackFrames {
 struct SignalFrame {
   FrameRecord record;
   const BlackReference* black = nullptr;
+  int period = 2;  // of the filter pattern
   PlaneF signal;   // DN above black
   MaskPlane mask;  // saturated (with the nearest photosites of its colour, where noise is clipped) and hot
   double saturated_share = 0.0;
   std::vector<std::string> notes;
 };
 
+// Mean signal of each lattice over the whole frame, hot photosites left out.
+std::array<double, kLatticeCount> LatticeMeans(const SignalFrame& frame);
+
 // Reads, checks against the sensor and subtracts black. Throws InputError naming the frame.
 SignalFrame ReadSignal(const FrameRecord& record, const FrameReader& read, const BlackFrames& blacks);
 
 // Adds kPhotositeDead to `mask` wherever a frame of an even target answers unlike the photosites of its kind
 // around.
-void MarkDead(const PlaneF& spectralon, MaskPlane& mask);
+void MarkDead(const PlaneF& spectralon, int period, MaskPlane& mask);
 
 }  // namespace dermap

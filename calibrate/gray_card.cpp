@@ -13,7 +13,8 @@ namespace dermap {
 namespace {
 
 constexpr int kSmallestSide = 16;
-constexpr int kBlocks = 4;  // a side
+constexpr int kBlocks = 4;             // a side
+constexpr double kFaintColour = 0.05;  // of the strongest: weaker ones say nothing of the filter
 
 struct Sums {
   double a = 0.0;
@@ -79,13 +80,31 @@ GrayCardRatio CompareGrayCard(const SignalFrame& a, const SignalFrame& b, const 
     if (lattices[i].count == 0) continue;
     result.mean_a[i] = lattices[i].a / lattices[i].count;
     result.mean_b[i] = lattices[i].b / lattices[i].count;
+    result.count[i] = lattices[i].count;
   }
   result.ratio = all.b > 0.0 ? all.a / all.b : std::nan("");
+  const double strongest = *std::max_element(result.mean_b.begin(), result.mean_b.end());
+  for (int i = 0; i < kLatticeCount; ++i) {
+    if (result.count[i] == 0.0 || result.mean_b[i] < kFaintColour * strongest) continue;
+    result.colour_difference = std::max(result.colour_difference,
+                                        std::abs(result.mean_a[i] / result.mean_b[i] / result.ratio - 1.0));
+  }
   for (const Sums& block : blocks) {
     if (block.count == 0 || !(block.b > 0.0)) continue;
     result.unevenness = std::max(result.unevenness, std::abs(block.a / block.b / result.ratio - 1.0));
   }
   return result;
+}
+
+double GrayCardRatio::RatioWithout(const std::array<double, kLatticeCount>& a,
+                                   const std::array<double, kLatticeCount>& b) const {
+  double above = 0.0;
+  double below = 0.0;
+  for (int i = 0; i < kLatticeCount; ++i) {
+    above += count[i] * (mean_a[i] - a[i]);
+    below += count[i] * (mean_b[i] - b[i]);
+  }
+  return above / below;
 }
 
 }  // namespace dermap

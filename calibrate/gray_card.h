@@ -26,8 +26,13 @@ struct GrayCardRatio {
   double ratio = 0.0;  // of the sums over photosites that are usable in both
   double unevenness =
       0.0;  // largest deviation of a sixteenth of the card from the whole: a shadow, or a moved card
+  double colour_difference = 0.0;  // largest deviation of a colour's ratio from the whole: another filter
   std::array<double, kLatticeCount> mean_a{};
   std::array<double, kLatticeCount> mean_b{};
+  std::array<double, kLatticeCount> count{};  // photosites
+  // The ratio after constants are taken off every photosite's signal, by lattice.
+  double RatioWithout(const std::array<double, kLatticeCount>& a,
+                      const std::array<double, kLatticeCount>& b) const;
 };
 // How much brighter the card is in `a` than in `b`. The same card at the same place: reflectance, light
 // falloff and vignetting divide out. ratio is NaN where nothing is usable.

@@ -9,7 +9,8 @@
 namespace dermap {
 namespace {
 
-constexpr int kSmoothRadius = 2;  // lattice steps
+constexpr int kSmoothReach = 4;  // photosites, at least one step of the pattern
+constexpr int kLongestPeriod = 6;
 
 template <class T>
 Plane<T> CropPlane(const Plane<T>& plane, int x0, int y0, int x1, int y1) {
@@ -18,37 +19,43 @@ Plane<T> CropPlane(const Plane<T>& plane, int x0, int y0, int x1, int y1) {
   return out;
 }
 
-// Running mean of weighted sums along one axis, steps of two photosites.
+// Sums along one axis in steps of the pattern, whole rows at a time.
 void SmoothAlong(const PlaneF& in, PlaneF& out, int dx, int dy) {
+  const int radius = std::max(1, kSmoothReach / std::max(dx, dy));
   for (int y = 0; y < in.height(); ++y) {
-    for (int x = 0; x < in.width(); ++x) {
-      float sum = 0.0f;
-      for (int k = -kSmoothRadius; k <= kSmoothRadius; ++k) {
-        const int nx = x + 2 * k * dx;
-        const int ny = y + 2 * k * dy;
-        if (nx >= 0 && ny >= 0 && nx < in.width() && ny < in.height()) sum += in(nx, ny);
-      }
-      out(x, y) = sum;
+    float* to = out.Row(y);
+    std::fill_n(to, in.width(), 0.0f);
+    for (int k = -radius; k <= radius; ++k) {
+      const int ny = y + k * dy;
+      if (ny < 0 || ny >= in.height()) continue;
+      const int shift = k * dx;
+      const float* from = in.Row(ny);
+      const int first = std::max(0, -shift);
+      const int last = std::min(in.width(), in.width() - shift);
+      for (int x = first; x < last; ++x) to[x] += from[x + shift];
     }
   }
 }
 
-PlaneF SmoothSum(const PlaneF& plane) {
+PlaneF SmoothSum(const PlaneF& plane, int period) {
   PlaneF across(plane.width(), plane.height());
   PlaneF both(plane.width(), plane.height());
-  SmoothAlong(plane, across, 1, 0);
-  SmoothAlong(across, both, 0, 1);
+  SmoothAlong(plane, across, period, 0);
+  SmoothAlong(across, both, 0, period);
   return both;
 }
 
 }  // namespace
 
 Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double bottom) {
-  const auto even = [](double v) { return 2 * static_cast<int>(std::floor(v / 2.0)); };
+  // Whole patterns of any period begin at multiples of 6.
+  const auto even = [](double v) {
+    return kLongestPeriod * static_cast<int>(std::floor(v / kLongestPeriod));
+  };
   const int x0 = std::clamp(even(left), 0, mosaic.width());
   const int y0 = std::clamp(even(top), 0, mosaic.height());
-  const int x1 = std::clamp(even(right) + 2, x0, mosaic.width());
-  const int y1 = std::clamp(even(bottom) + 2, y0, mosaic.height());
+  const int x1 = std::clamp(even(right) + kLongestPeriod, x0, mosaic.width());
+  const int y1 = std::clamp(even(bottom) + kLongestPeriod, y0, mosaic.height());
   Mosaic out;
   out.x0 = mosaic.x0 + x0;
   out.y0 = mosaic.y0 + y0;
@@ -56,14 +63,17 @@ Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double 
   out.spectralon = CropPlane(mosaic.spectralon, x0, y0, x1, y1);
   out.mask = CropPlane(mosaic.mask, x0, y0, x1, y1);
   out.scale = mosaic.scale;
+  out.lens = mosaic.lens;
+  out.period = mosaic.period;
   return out;
 }
 
 LatticeCell CellAt(const Mosaic& mosaic, int lattice, double camera_x, double camera_y) {
   const int ox = lattice & 1;
   const int oy = lattice >> 1;
-  const double u = (camera_x - mosaic.x0 - 0.5 - ox) / 2.0;
-  const double v = (camera_y - mosaic.y0 - 0.5 - oy) / 2.0;
+  const Point p = mosaic.lens.PhotositesFromIdeal({camera_x, camera_y});
+  const double u = (p.x - mosaic.x0 - 0.5 - ox) / 2.0;
+  const double v = (p.y - mosaic.y0 - 0.5 - oy) / 2.0;
   const int iu = static_cast<int>(std::floor(u));
   const int iv = static_cast<int>(std::floor(v));
   LatticeCell cell{2 * iu + ox, 2 * iv + oy, u - iu, v - iv, false};
@@ -117,15 +127,15 @@ PlaneF CellReflectance(const Mosaic& mosaic, double darkest) {
   return skin;
 }
 
-PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask) {
+PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask, int period) {
   PlaneF values(plane.width(), plane.height());
   PlaneF weights(plane.width(), plane.height());
   for (std::size_t i = 0; i < plane.size(); ++i) {
     weights.data()[i] = mask.data()[i] == 0 ? 1.0f : 0.0f;
     values.data()[i] = weights.data()[i] * plane.data()[i];
   }
-  PlaneF sum = SmoothSum(values);
-  const PlaneF count = SmoothSum(weights);
+  PlaneF sum = SmoothSum(values, period);
+  const PlaneF count = SmoothSum(weights, period);
   for (std::size_t i = 0; i < sum.size(); ++i) {
     sum.data()[i] = count.data()[i] > 0.0f ? sum.data()[i] / count.data()[i] : 0.0f;
   }

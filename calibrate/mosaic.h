@@ -4,10 +4,12 @@
 // colour. So nothing is demosaiced; the four lattices of the Bayer pattern are four measurements of one
 // image, each with its own noise.
 //
-// Camera coordinates: the photosite (i, j) covers [i, i+1] x [j, j+1]; its centre is at (i + 0.5, j + 0.5).
+// Camera coordinates: the photosite (i, j) covers [i, i+1] x [j, j+1]; its centre is at (i + 0.5, j + 0.5),
+// where the lens does not distort; where it does, `lens` leads from camera coordinates to photosites.
 #pragma once
 
 #include "calibrate/frames.h"
+#include "calibrate/patch_map.h"
 
 namespace dermap {
 
@@ -18,6 +20,8 @@ struct Mosaic {
   PlaneF spectralon;   // DN above black
   MaskPlane mask;      // 0: usable
   double scale = 1.0;  // reflectance = scale skin / spectralon: certificate and the flash's drift
+  Lens lens;
+  int period = 2;  // of the filter pattern
   int width() const { return skin.width(); }
   int height() const { return skin.height(); }
 };
@@ -41,8 +45,8 @@ double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y);
 // (less than `darkest` of the brightest cells).
 PlaneF CellReflectance(const Mosaic& mosaic, double darkest);
 
-// Mean over the 5x5 nearest usable photosites of each photosite's own lattice: what the noise is reckoned
-// from, so that weights and error bars do not follow the noise itself.
-PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask);
+// Mean over the nearest usable photosites of each photosite's own kind (5x5, or 3x3 of a long period): what
+// the noise is reckoned from, so that weights and error bars do not follow the noise itself.
+PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask, int period);
 
 }  // namespace dermap

@@ -21,13 +21,13 @@ constexpr double kGainScatter = 0.03;
 // Differences between neighbours of one kind: whatever varies slowly over the card drops out.
 // value(x, y) is called where both photosites are usable.
 template <class Value, class Usable>
-PhotonTransferPoint PointOfLattice(int lattice, const PixelRegion& card, const Value& value,
-                                   const Usable& usable) {
+PhotonTransferPoint PointOfKind(int kind, int period, const PixelRegion& card, const Value& value,
+                                const Usable& usable) {
   std::vector<float> halves;
-  for (int y = card.y + (lattice >> 1); y < card.y + card.height; y += 2) {
-    for (int x = card.x + (lattice & 1); x + 2 < card.x + card.width; x += 2) {
-      if (!usable(x, y) || !usable(x + 2, y)) continue;
-      halves.push_back(static_cast<float>((value(x, y) - value(x + 2, y)) / std::sqrt(2.0)));
+  for (int y = card.y + kind / period; y < card.y + card.height; y += period) {
+    for (int x = card.x + kind % period; x + period < card.x + card.width; x += period) {
+      if (!usable(x, y) || !usable(x + period, y)) continue;
+      halves.push_back(static_cast<float>((value(x, y) - value(x + period, y)) / std::sqrt(2.0)));
     }
   }
   PhotonTransferPoint point;
@@ -35,6 +35,19 @@ PhotonTransferPoint PointOfLattice(int lattice, const PixelRegion& card, const V
   point.samples = static_cast<int>(halves.size() * 2 / 3);
   if (point.samples >= kFewestSamples) point.variance = ClippedVariance(halves);
   return point;
+}
+
+double MeanOfKind(int kind, int period, const PixelRegion& card, const SignalFrame& frame) {
+  double sum = 0.0;
+  double count = 0.0;
+  for (int y = card.y + kind / period; y < card.y + card.height; y += period) {
+    for (int x = card.x + kind % period; x < card.x + card.width; x += period) {
+      if (frame.mask(x, y) != 0) continue;
+      sum += frame.signal(x, y);
+      count += 1.0;
+    }
+  }
+  return count > 0.0 ? sum / count : 0.0;
 }
 
 struct Line {
@@ -88,23 +101,25 @@ void ShareGain(const std::map<int, double>& gain_variances, std::map<int, NoiseM
 
 }  // namespace
 
-std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b,
+std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b, int frames_b,
                                                 const PixelRegion& card) {
   assert(a.record.iso == b.record.iso);
   std::vector<PhotonTransferPoint> points;
-  const GrayCardRatio ratio = CompareGrayCard(a, b, card);
-  const double k = ratio.ratio;
-  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
-    PhotonTransferPoint point = PointOfLattice(
-        lattice, card, [&](int x, int y) { return a.signal(x, y) - k * b.signal(x, y); },
+  const double k = CompareGrayCard(a, b, card).ratio;
+  const int period = a.period;
+  for (int kind = 0; kind < period * period; ++kind) {
+    PhotonTransferPoint point = PointOfKind(
+        kind, period, card, [&](int x, int y) { return a.signal(x, y) - k * b.signal(x, y); },
         [&](int x, int y) { return a.mask(x, y) == 0 && b.mask(x, y) == 0; });
     if (point.samples < kFewestSamples) continue;
     point.iso = a.record.iso;
-    point.signal = std::max(0.0, ratio.mean_a[lattice] + k * k * ratio.mean_b[lattice]);
+    const double mean_a = MeanOfKind(kind, period, card, a);
+    const double mean_b = MeanOfKind(kind, period, card, b);
+    point.signal = std::max(0.0, mean_a + k * k * mean_b / frames_b);
     // Another black frame was subtracted from each, or the same one: then its noise cancels but for (1 - k).
     const double black = a.black == b.black ? (1 - k) * (1 - k) / a.black->frames
                                             : 1.0 / a.black->frames + k * k / b.black->frames;
-    point.reads = 1.0 + k * k + black;
+    point.reads = 1.0 + k * k / frames_b + black;
     points.push_back(point);
   }
   return points;
@@ -112,14 +127,14 @@ std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const Sign
 
 std::vector<PhotonTransferPoint> PhotonTransferOfOne(const SignalFrame& frame, const PixelRegion& card) {
   std::vector<PhotonTransferPoint> points;
-  const GrayCardRatio self = CompareGrayCard(frame, frame, card);
-  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
-    PhotonTransferPoint point = PointOfLattice(
-        lattice, card, [&](int x, int y) { return frame.signal(x, y); },
+  const int period = frame.period;
+  for (int kind = 0; kind < period * period; ++kind) {
+    PhotonTransferPoint point = PointOfKind(
+        kind, period, card, [&](int x, int y) { return frame.signal(x, y); },
         [&](int x, int y) { return frame.mask(x, y) == 0; });
     if (point.samples < kFewestSamples) continue;
     point.iso = frame.record.iso;
-    point.signal = std::max(0.0, self.mean_a[lattice]);
+    point.signal = std::max(0.0, MeanOfKind(kind, period, card, frame));
     point.reads = 1.0 + 1.0 / frame.black->frames;
     points.push_back(point);
   }
@@ -130,7 +145,8 @@ std::vector<PhotonTransferPoint> PhotonTransferOfBlack(const BlackFrames& blacks
   std::vector<PhotonTransferPoint> points;
   for (const BlackReference& level : blacks.levels()) {
     if (level.frames < 2) continue;
-    const double degrees = static_cast<double>(level.frames - 1) * static_cast<double>(level.mean.size());
+    const double degrees =
+        static_cast<double>(level.frames - 1) * static_cast<double>(level.mean_steps.size());
     points.push_back(
         {level.iso, 0.0, 1.0, level.temporal_variance, static_cast<int>(std::min(degrees, 1e9))});
   }

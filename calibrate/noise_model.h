@@ -34,8 +34,9 @@ struct PhotonTransferPoint {
   int samples = 0;
 };
 
-// One point a lattice from the gray card of two frames of one ISO.
-std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b,
+// One point a kind of photosite (of the filter pattern) from the gray card of two frames of one ISO, the
+// second the mean of `frames_b`.
+std::vector<PhotonTransferPoint> PhotonTransfer(const SignalFrame& a, const SignalFrame& b, int frames_b,
                                                 const PixelRegion& card);
 // The same from one frame alone, its card's texture counted as noise: an upper bound, where no second frame
 // exists.

@@ -20,10 +20,10 @@ constexpr long long kMaxPhotosites = 200'000'000;
 constexpr unsigned kMaxRawMegabytes = 1024;
 
 [[noreturn]] void Fail(const std::filesystem::path& path, const std::string& found) {
-  throw InputError(
-      path.string() + ": " + found +
-      "; expected a complete raw file (DNG, CR2) with a Bayer pattern; capture this frame again or copy "
-      "it from the camera again");
+  throw InputError(path.string() + ": " + found +
+                   "; expected a complete raw file (DNG, CR2, CR3, NEF, ARW, ...) with one value a "
+                   "photosite; capture this frame again or copy "
+                   "it from the camera again");
 }
 
 // LibRaw calls this where data ends early or makes no sense, and then goes on with what it has.
@@ -44,21 +44,31 @@ void CheckSizes(const libraw_image_sizes_t& sizes, const std::filesystem::path& 
   }
 }
 
-std::array<char, kLatticeCount> Pattern(LibRaw& raw, const std::filesystem::path& path) {
-  // Below 1000 LibRaw's code means no pattern (0), or one that is not 2x2 (Leaf, X-Trans).
-  if (raw.imgdata.idata.filters < 1000) Fail(path, "no 2x2 Bayer pattern");
-  std::array<char, kLatticeCount> colours{};
+constexpr unsigned kXTrans = 9;  // LibRaw's code in `filters`
+
+void ReadPattern(LibRaw& raw, const std::filesystem::path& path, BayerFrame& frame) {
+  const unsigned filters = raw.imgdata.idata.filters;
+  if (filters == 0 && raw.imgdata.idata.colors == 1) {
+    frame.colours.fill('W');
+    return;
+  }
+  if (filters == kXTrans) {
+    frame.colours.fill('X');
+    frame.period = 6;
+    return;
+  }
+  // Below 1000 LibRaw's other codes mean a pattern of a scanning back, or none.
+  if (filters < 1000) Fail(path, "a filter pattern that is neither 2x2 nor X-Trans");
   for (int y = 0; y < 8; ++y) {
     for (int x = 0; x < 8; ++x) {
       const int colour = raw.COLOR(y, x);
       const char letter = colour >= 0 && colour < 4 ? raw.imgdata.idata.cdesc[colour] : '?';
-      char& known = colours[LatticeOf(x, y)];
+      char& known = frame.colours[LatticeOf(x, y)];
       if (known == 0) known = letter;
-      if (known != letter || (letter != 'R' && letter != 'G' && letter != 'B'))
-        Fail(path, "no 2x2 Bayer pattern");
+      if (known != letter || letter < 'A' || letter > 'Z')
+        Fail(path, "a filter pattern that does not repeat after 2");
     }
   }
-  return colours;
 }
 
 double BlackLevel(const libraw_colordata_t& color) {
@@ -81,7 +91,7 @@ BayerFrame Extract(LibRaw& raw, const std::filesystem::path& path) {
     const auto* row = values + (y + sizes.top_margin) * pitch + sizes.left_margin;
     std::copy_n(row, sizes.width, frame.values.Row(y));
   }
-  frame.colours = Pattern(raw, path);
+  ReadPattern(raw, path, frame);
   frame.black_level = BlackLevel(raw.imgdata.color);
   frame.white_level = raw.imgdata.color.maximum;
   frame.exposure_ms = 1000.0 * raw.imgdata.other.shutter;
@@ -108,6 +118,16 @@ BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
   }
   if (data_errors > 0 || raw->error_count() > 0) Fail(path, "damaged or cut short");
   return Extract(*raw, path);
+}
+
+RawExposure ReadRawExposure(const std::filesystem::path& path) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(path, error)) Fail(path, "there is no such file");
+  const auto raw = std::make_unique<LibRaw>();
+  if (const int code = raw->open_file(path.c_str()); code != LIBRAW_SUCCESS) {
+    Fail(path, std::string("not a raw file that can be read (") + libraw_strerror(code) + ")");
+  }
+  return {1000.0 * raw->imgdata.other.shutter, static_cast<int>(std::lround(raw->imgdata.other.iso_speed))};
 }
 
 }  // namespace dermap

@@ -18,16 +18,27 @@ constexpr int LatticeOf(int x, int y) {
 }
 
 struct BayerFrame {
-  Plane<std::uint16_t> values;                // active area as read: black not subtracted, nothing rotated
-  std::array<char, kLatticeCount> colours{};  // 'R', 'G' or 'B' of each lattice
-  double black_level = 0.0;                   // as the file states it, mean over the colours
-  double white_level = 0.0;                   // values from here on are saturated
-  double exposure_ms = 0.0;                   // 0 where the file does not say
-  int iso = 0;                                // 0 where the file does not say
+  Plane<std::uint16_t> values;  // active area as read: black not subtracted, nothing rotated
+  std::array<char, kLatticeCount>
+      colours{};  // 'R', 'G', 'B', ... of each lattice; 'W' without filters, 'X' below
+  // Photosites after which the filters repeat: 2, or 6 (X-Trans), where a lattice holds several colours.
+  int period = 2;
+  double black_level = 0.0;  // as the file states it, mean over the colours
+  double white_level = 0.0;  // values from here on are saturated
+  double exposure_ms = 0.0;  // 0 where the file does not say
+  int iso = 0;               // 0 where the file does not say
 };
 
-// DNG, CR2 and whatever else LibRaw reads, as long as it holds a 2x2 Bayer pattern.
-// Throws InputError that names the file: missing, foreign, truncated, no Bayer pattern, absurd size.
+// DNG, CR2, CR3, NEF, ARW, RAF and whatever else LibRaw reads, as long as it holds one value a photosite: any
+// 2x2 pattern, X-Trans, or none (monochrome). Orientation tags are not heeded: the frame is as the sensor
+// lies. Throws InputError that names the file: missing, foreign, truncated, demosaiced already, absurd size.
 BayerFrame ReadBayerFrame(const std::filesystem::path& path);
+
+struct RawExposure {
+  double exposure_ms = 0.0;  // 0 where the file does not say
+  int iso = 0;
+};
+// The file's header alone.
+RawExposure ReadRawExposure(const std::filesystem::path& path);
 
 }  // namespace dermap

@@ -3,6 +3,7 @@
 // both its value and its variance follow.
 #include "calibrate/resample.h"
 
+#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -12,6 +13,8 @@ namespace {
 
 constexpr double kWeakestSignal = 3.0;  // of its own noise: weaker Spectralon photosites say nothing
 constexpr double kFewestSamples = 0.5;  // share of a pixel's samples that must exist
+constexpr double kSampleStep_px = 1.5;  // photosites; a bilinear sample reaches two to either side
+constexpr double kPlaneReach_px = 3.5;  // X-Trans: every colour lies within it several times
 constexpr int kCorrelationStep = 16;    // pixels between the places where correlation is reckoned
 
 // Variances of each photosite from smoothed signals, in DN^2 of skin and Spectralon.
@@ -25,8 +28,8 @@ struct PhotositeNoise {
 
 PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise) {
   PhotositeNoise out;
-  out.spectralon = LatticeSmooth(mosaic.spectralon, mosaic.mask);
-  const PlaneF skin = LatticeSmooth(mosaic.skin, mosaic.mask);
+  out.spectralon = LatticeSmooth(mosaic.spectralon, mosaic.mask, mosaic.period);
+  const PlaneF skin = LatticeSmooth(mosaic.skin, mosaic.mask, mosaic.period);
   out.skin_variance = out.spectralon_variance = out.weight = PlaneF(mosaic.width(), mosaic.height());
   for (std::size_t i = 0; i < skin.size(); ++i) {
     const double s = skin.data()[i];
@@ -66,18 +69,53 @@ struct PixelWeights {
   }
 };
 
+// Deviations by photosites of one Spectralon frame that several skin frames may share: those of one photosite
+// add up before they are squared.
+class SharedNoise {
+ public:
+  void Clear() { entries_.clear(); }
+  void Add(int x, int y, double deviation) { entries_.push_back({y, x, deviation}); }
+  double Variance(bool repeated) {
+    if (!repeated) {  // no photosite occurs twice
+      double plain = 0.0;
+      for (const Entry& e : entries_) plain += e.deviation * e.deviation;
+      return plain;
+    }
+    std::sort(entries_.begin(), entries_.end(),
+              [](const Entry& a, const Entry& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
+    double sum = 0.0;
+    for (std::size_t i = 0; i < entries_.size();) {
+      double one = 0.0;
+      const Entry& first = entries_[i];
+      for (; i < entries_.size() && entries_[i].x == first.x && entries_[i].y == first.y; ++i)
+        one += entries_[i].deviation;
+      sum += one * one;
+    }
+    return sum;
+  }
+
+ private:
+  struct Entry {
+    int y, x;
+    double deviation;
+  };
+  std::vector<Entry> entries_;
+};
+
 class Resampler {
  public:
-  Resampler(const Mosaic& mosaic, const Homography& camera_from_unit, const MosaicNoise& noise, int patch_px)
-      : mosaic_(mosaic),
-        map_(camera_from_unit),
-        noise_(NoiseOfPhotosites(mosaic, noise)),
+  Resampler(const PatchSource& source, int patch_px, bool draft = false)
+      : mosaic_(*source.mosaic),
+        map_(source.map),
+        noise_(NoiseOfPhotosites(*source.mosaic, source.noise)),
         patch_px_(patch_px) {
     const Point a = map_({0, 0});
     const Point b = map_({1, 0});
     const Point c = map_({1, 1});
     const double side = std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - b.x, c.y - b.y));
-    samples_ = std::max(2, static_cast<int>(std::ceil(side / patch_px - 0.25)));  // 2 as in [D08 7.2]
+    if (draft) return;
+    samples_ =
+        std::max(2, static_cast<int>(std::ceil(side / patch_px / kSampleStep_px)));  // 2 as in [D08 7.2]
   }
 
   void Pixel(int px, int py, PixelWeights& out) const {
@@ -98,16 +136,28 @@ class Resampler {
     for (double& c : out.coefficients) c /= used;
   }
 
-  void Variances(const PixelWeights& w, double& skin, double& spectralon) const {
-    skin = spectralon = 0.0;
-    for (int y = w.y0; y < w.y0 + w.height; ++y) {
-      for (int x = w.x0; x < w.x0 + w.width; ++x) {
-        const double c = w.Of(x, y);
-        if (c == 0.0) continue;
-        skin += c * c * noise_.skin_variance(x, y);
-        spectralon += c * c * noise_.spectralon_variance(x, y);
-      }
-    }
+  double SkinVariance(const PixelWeights& w) const {
+    double sum = 0.0;
+    ForEach(w, [&](int x, int y, double c) { sum += c * c * noise_.skin_variance(x, y); });
+    return sum;
+  }
+
+  // What each photosite of the Spectralon frame contributes to a pixel, in standard deviations; photosites of
+  // the whole frame.
+  template <class Add>
+  void SpectralonDeviations(const PixelWeights& w, const Add& add) const {
+    ForEach(w, [&](int x, int y, double c) {
+      add(mosaic_.x0 + x, mosaic_.y0 + y, c * std::sqrt(double(noise_.spectralon_variance(x, y))));
+    });
+  }
+
+  // Photosites of a pixel with their ideal camera coordinates.
+  template <class Body>
+  void ForEachPhotosite(const PixelWeights& w, const Body& body) const {
+    ForEach(w, [&](int x, int y, double c) {
+      const Point p = mosaic_.lens.IdealFromPhotosites({mosaic_.x0 + x + 0.5, mosaic_.y0 + y + 0.5});
+      body(p.x, p.y, c * noise_.spectralon(x, y));
+    });
   }
 
   double Covariance(const PixelWeights& a, const PixelWeights& b) const {
@@ -121,6 +171,15 @@ class Resampler {
   }
 
  private:
+  template <class Body>
+  static void ForEach(const PixelWeights& w, const Body& body) {
+    for (int y = w.y0; y < w.y0 + w.height; ++y) {
+      for (int x = w.x0; x < w.x0 + w.width; ++x) {
+        if (const double c = w.Of(x, y); c != 0.0) body(x, y, c);
+      }
+    }
+  }
+
   Point UnitPoint(int px, int py, int i, int j) const {
     return {(px + (i + 0.5) / samples_) / patch_px_, (py + (j + 0.5) / samples_) / patch_px_};
   }
@@ -130,21 +189,62 @@ class Resampler {
     double left = 1e30, top = 1e30, right = -1e30, bottom = -1e30;
     for (const int i : {0, samples_ - 1}) {
       for (const int j : {0, samples_ - 1}) {
-        const Point p = map_(UnitPoint(px, py, i, j));
+        const Point p = mosaic_.lens.PhotositesFromIdeal(map_(UnitPoint(px, py, i, j)));
         left = std::min(left, p.x), right = std::max(right, p.x);
         top = std::min(top, p.y), bottom = std::max(bottom, p.y);
       }
     }
     const auto clip = [](double v, int limit) { return static_cast<int>(std::clamp(v, 0.0, double(limit))); };
-    out.Clear(clip(std::floor(left) - mosaic_.x0 - 3, mosaic_.width()),
-              clip(std::floor(top) - mosaic_.y0 - 3, mosaic_.height()),
-              clip(std::floor(right) - mosaic_.x0 + 4, mosaic_.width()),
-              clip(std::floor(bottom) - mosaic_.y0 + 4, mosaic_.height()));
+    out.Clear(clip(std::floor(left) - mosaic_.x0 - 4, mosaic_.width()),
+              clip(std::floor(top) - mosaic_.y0 - 4, mosaic_.height()),
+              clip(std::floor(right) - mosaic_.x0 + 5, mosaic_.width()),
+              clip(std::floor(bottom) - mosaic_.y0 + 5, mosaic_.height()));
   }
 
   // One bilinear sample: each lattice for itself, combined by inverse variance. False where nothing is
   // usable.
   bool Sample(Point p, PixelWeights& out, double& value) const {
+    return mosaic_.period == 2 ? SampleLattices(p, out, value) : SamplePlane(p, out, value);
+  }
+
+  // Where a lattice holds several colours: a plane through the reflectances of the photosites around,
+  // weighted by their noise and nearness, read at the point. Exact on gradients whatever the weights.
+  bool SamplePlane(Point p, PixelWeights& out, double& value) const {
+    const Point at = mosaic_.lens.PhotositesFromIdeal(p);
+    const double cx = at.x - mosaic_.x0, cy = at.y - mosaic_.y0;
+    const int x0 = std::max({0, out.x0, static_cast<int>(std::floor(cx - kPlaneReach_px))});
+    const int y0 = std::max({0, out.y0, static_cast<int>(std::floor(cy - kPlaneReach_px))});
+    const int x1 = std::min({mosaic_.width(), out.x0 + out.width, static_cast<int>(cx + kPlaneReach_px) + 1});
+    const int y1 =
+        std::min({mosaic_.height(), out.y0 + out.height, static_cast<int>(cy + kPlaneReach_px) + 1});
+    const auto weight_of = [&](int x, int y, double dx, double dy) {
+      const double r2 = (dx * dx + dy * dy) / (kPlaneReach_px * kPlaneReach_px);
+      const bool usable = r2 < 1.0 && mosaic_.mask(x, y) == 0 && mosaic_.spectralon(x, y) > 0.0f;
+      return usable ? noise_.weight(x, y) * (1.0 - r2) * (1.0 - r2) : 0.0;
+    };
+    Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) {
+        const Eigen::Vector3d row(1.0, x + 0.5 - cx, y + 0.5 - cy);
+        normal += weight_of(x, y, row(1), row(2)) * row * row.transpose();
+      }
+    }
+    if (!(normal.determinant() > 1e-6 * std::pow(normal(0, 0), 3))) return false;
+    const Eigen::Vector3d first = normal.ldlt().solve(Eigen::Vector3d(1.0, 0.0, 0.0));
+    value = 0.0;
+    for (int y = y0; y < y1; ++y) {
+      for (int x = x0; x < x1; ++x) {
+        const Eigen::Vector3d row(1.0, x + 0.5 - cx, y + 0.5 - cy);
+        const double share = weight_of(x, y, row(1), row(2)) * first.dot(row);
+        if (share == 0.0) continue;
+        value += share * mosaic_.scale * mosaic_.skin(x, y) / mosaic_.spectralon(x, y);
+        out.At(x, y) += share * mosaic_.scale / noise_.spectralon(x, y);
+      }
+    }
+    return true;
+  }
+
+  bool SampleLattices(Point p, PixelWeights& out, double& value) const {
     struct Lattice {
       LatticeCell cell;
       std::array<double, 4> b;
@@ -185,7 +285,7 @@ class Resampler {
   }
 
   const Mosaic& mosaic_;
-  Homography map_;
+  PatchMap map_;
   PhotositeNoise noise_;
   int patch_px_;
   int samples_ = 2;  // a pixel and axis
@@ -193,33 +293,38 @@ class Resampler {
 
 }  // namespace
 
-ResampledPatch ResamplePatch(const Mosaic& mosaic, const Homography& camera_from_unit,
-                             const MosaicNoise& noise, int patch_px) {
-  const Resampler resampler(mosaic, camera_from_unit, noise, patch_px);
+ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px, bool draft) {
+  std::vector<Resampler> resamplers;
+  for (const PatchSource& source : sources) resamplers.emplace_back(source, patch_px, draft);
   constexpr float kMissing = std::numeric_limits<float>::quiet_NaN();
-  ResampledPatch patch;
-  patch.reflectance = PlaneF(patch_px, patch_px, kMissing);
-  patch.skin_variance = patch.spectralon_variance = patch.reflectance;
+  ResampledPatch patch{PlaneF(patch_px, patch_px, kMissing), PlaneF(patch_px, patch_px, kMissing)};
   PixelWeights weights;
+  SharedNoise shared;
   for (int y = 0; y < patch_px; ++y) {
     for (int x = 0; x < patch_px; ++x) {
-      resampler.Pixel(x, y, weights);
-      if (!weights.valid) continue;
+      double sum = 0.0;
       double skin = 0.0;
-      double spectralon = 0.0;
-      resampler.Variances(weights, skin, spectralon);
-      patch.reflectance(x, y) = static_cast<float>(weights.value);
-      patch.skin_variance(x, y) = static_cast<float>(skin);
-      patch.spectralon_variance(x, y) = static_cast<float>(spectralon);
+      int count = 0;
+      shared.Clear();
+      for (const Resampler& resampler : resamplers) {
+        resampler.Pixel(x, y, weights);
+        if (!weights.valid) continue;
+        ++count;
+        sum += weights.value;
+        skin += resampler.SkinVariance(weights);
+        resampler.SpectralonDeviations(weights, [&](int px, int py, double d) { shared.Add(px, py, d); });
+      }
+      if (count == 0) continue;
+      patch.reflectance(x, y) = static_cast<float>(sum / count);
+      patch.sigma(x, y) = static_cast<float>(std::sqrt(skin + shared.Variance(count > 1)) / count);
     }
   }
   return patch;
 }
 
-NoiseCorrelation CorrelationOfNoise(const Mosaic& mosaic, const Homography& camera_from_unit,
-                                    const MosaicNoise& noise, int patch_px) {
+NoiseCorrelation CorrelationOfNoise(const PatchSource& source, int patch_px) {
   constexpr int kReach = NoiseCorrelation::kReach;
-  const Resampler resampler(mosaic, camera_from_unit, noise, patch_px);
+  const Resampler resampler(source, patch_px);
   NoiseCorrelation result;
   result.along_x.assign(kReach + 1, 0.0);
   result.along_y.assign(kReach + 1, 0.0);
@@ -248,6 +353,40 @@ NoiseCorrelation CorrelationOfNoise(const Mosaic& mosaic, const Homography& came
   for (double& c : result.along_y) c /= std::max(1, places);
   result.diagonal /= std::max(1, places);
   return result;
+}
+
+Point BlurOfPatch(const PatchSource& source, double lens_blur_px, int patch_px) {
+  const Resampler resampler(source, patch_px);
+  const Homography unit_from_camera = source.map.camera_from_unit.Inverse();
+  Point sum;
+  int places = 0;
+  PixelWeights weights;
+  for (int py = kCorrelationStep / 2; py < patch_px; py += kCorrelationStep) {
+    for (int px = kCorrelationStep / 2; px < patch_px; px += kCorrelationStep) {
+      resampler.Pixel(px, py, weights);
+      if (!weights.valid) continue;
+      const Point middle = source.map({(px + 0.5) / patch_px, (py + 0.5) / patch_px});
+      const auto patch_of = [&](Point camera) {
+        const Point unit = unit_from_camera(camera);
+        return Point{unit.x * patch_px, unit.y * patch_px};
+      };
+      const Point origin = patch_of(middle);
+      double total = 0.0, mx = 0.0, my = 0.0, xx = 0.0, yy = 0.0;
+      resampler.ForEachPhotosite(weights, [&](double camera_x, double camera_y, double c) {
+        const Point p = patch_of({camera_x, camera_y});
+        total += c;
+        mx += c * (p.x - origin.x), my += c * (p.y - origin.y);
+        xx += c * (p.x - origin.x) * (p.x - origin.x), yy += c * (p.y - origin.y) * (p.y - origin.y);
+      });
+      const Point right = patch_of({middle.x + lens_blur_px, middle.y});
+      const Point below = patch_of({middle.x, middle.y + lens_blur_px});
+      sum.x += xx / total - mx * mx / (total * total) + std::pow(right.x - origin.x, 2);
+      sum.y += yy / total - my * my / (total * total) + std::pow(below.y - origin.y, 2);
+      ++places;
+    }
+  }
+  return {std::sqrt(std::max(0.0, sum.x / std::max(1, places))),
+          std::sqrt(std::max(0.0, sum.y / std::max(1, places)))};
 }
 
 }  // namespace dermap

@@ -3,11 +3,12 @@
 // noise carried along exactly.
 #pragma once
 
+#include <span>
 #include <vector>
 
-#include "calibrate/homography.h"
 #include "calibrate/mosaic.h"
 #include "calibrate/noise_model.h"
+#include "calibrate/patch_map.h"
 
 namespace dermap {
 
@@ -23,17 +24,25 @@ struct MosaicNoise {
   double spectralon_black = 0.0;
 };
 
-struct ResampledPatch {
-  PlaneF reflectance;          // NaN where no usable photosite
-  PlaneF skin_variance;        // of the skin frame's noise
-  PlaneF spectralon_variance;  // of the Spectralon frame's (shared by repeats)
+// One skin frame of a band, and where the patch lies in it.
+struct PatchSource {
+  const Mosaic* mosaic;
+  PatchMap map;
+  MosaicNoise noise;
 };
 
-// camera_from_unit: the patch is the unit square. The four lattices of the pattern are interpolated each for
-// itself and combined by inverse variance. Where the window spans more than twice the patch's size in
-// photosites, more samples a pixel are taken, so that no photosite is left out.
-ResampledPatch ResamplePatch(const Mosaic& mosaic, const Homography& camera_from_unit,
-                             const MosaicNoise& noise, int patch_px);
+struct ResampledPatch {
+  PlaneF reflectance;  // NaN where no usable photosite
+  PlaneF sigma;
+};
+
+// Mean of a band's skin frames on the patch, the unit square of each map. The four lattices of the pattern
+// are interpolated each for itself and combined by inverse variance. Where the window spans more than twice
+// the patch's size in photosites, more samples a pixel are taken, so that no photosite is left out. The noise
+// of repeated skin frames averages out; that of the one Spectralon frame which they share does so only as far
+// as the subject moved over its photosites between the repeats.
+// `draft`: two samples a pixel at most, quick: for finding the alignment.
+ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px, bool draft = false);
 
 // Correlation of the noise of pixels (dx, dy) apart, mean over a grid of places, reckoned from the weights.
 struct NoiseCorrelation {
@@ -42,7 +51,10 @@ struct NoiseCorrelation {
   std::vector<double> along_y;
   double diagonal = 0.0;  // lag (1, 1)
 };
-NoiseCorrelation CorrelationOfNoise(const Mosaic& mosaic, const Homography& camera_from_unit,
-                                    const MosaicNoise& noise, int patch_px);
+NoiseCorrelation CorrelationOfNoise(const PatchSource& source, int patch_px);
+
+// Standard deviation of what one pixel averages over, pixels of the patch: the lens's blur (photosites), the
+// interpolation between photosites and the pixel's own samples; mean over a grid of places.
+Point BlurOfPatch(const PatchSource& source, double lens_blur_px, int patch_px);
 
 }  // namespace dermap

@@ -36,20 +36,21 @@ double CertifiedReflectance(const SampledSpectrum& certificate, const Band& band
   return total > 0.0 ? sum / total : certificate.At(band.wavelength_nm);
 }
 
-SignalFrame MeanSpectralon(const std::vector<SignalFrame>& frames, const PixelRegion& gray_card) {
+SignalFrame MeanSpectralon(std::vector<SignalFrame> frames, const PixelRegion& gray_card) {
   assert(!frames.empty());
-  const SignalFrame& first = frames[0];
-  SignalFrame mean = first;
+  std::vector<float> to_first{1.0f};
+  for (std::size_t k = 1; k < frames.size(); ++k)
+    to_first.push_back(static_cast<float>(1.0 / CompareGrayCard(frames[k], frames[0], gray_card).ratio));
+  SignalFrame mean = std::move(frames[0]);
+  if (frames.size() == 1) return mean;
   for (std::size_t k = 1; k < frames.size(); ++k) {
-    const auto to_first = static_cast<float>(1.0 / CompareGrayCard(frames[k], first, gray_card).ratio);
     for (std::size_t i = 0; i < mean.signal.size(); ++i) {
-      mean.signal.data()[i] += to_first * frames[k].signal.data()[i];
+      mean.signal.data()[i] += to_first[k] * frames[k].signal.data()[i];
       mean.mask.data()[i] |= frames[k].mask.data()[i];
     }
     mean.notes.insert(mean.notes.end(), frames[k].notes.begin(), frames[k].notes.end());
   }
   for (float& value : mean.signal.values()) value /= static_cast<float>(frames.size());
-  MarkDead(mean.signal, mean.mask);
   return mean;
 }
 

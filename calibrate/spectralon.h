@@ -18,8 +18,7 @@ SampledSpectrum ReadCertificate(const RigConfig& rig);
 // Mean of the certificate over the band's filter (Gaussian, cut at two widths from its centre).
 double CertifiedReflectance(const SampledSpectrum& certificate, const Band& band);
 
-// Mean of repeats, each brought to the flash of the first by the gray card; masks are joined, and photosites
-// that answer unlike their neighbours marked dead.
-SignalFrame MeanSpectralon(const std::vector<SignalFrame>& frames, const PixelRegion& gray_card);
+// Mean of repeats, each brought to the flash of the first by the gray card; masks are joined.
+SignalFrame MeanSpectralon(std::vector<SignalFrame> frames, const PixelRegion& gray_card);
 
 }  // namespace dermap

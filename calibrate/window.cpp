@@ -8,6 +8,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "calibrate/failure.h"
+#include "calibrate/frame_picture.h"
 #include "common/core/error.h"
 
 namespace dermap {
@@ -132,7 +134,8 @@ int OtsuThreshold(const cv::Mat& picture, const cv::Rect& card) {
 
 }  // namespace
 
-Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, const std::string& frame_name) {
+Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, double window_mm,
+                  const std::string& frame_name) {
   const cv::Mat picture = LogarithmicPicture(CellReflectance(mosaic, kDarkestSpectralon));
   const cv::Rect card((gray_card.x - mosaic.x0) / 2, (gray_card.y - mosaic.y0) / 2, gray_card.width / 2,
                       gray_card.height / 2);
@@ -143,22 +146,37 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, const std:
     const Found found = WindowsAt(picture, threshold, card);
     regions = std::max(regions, found.bright_regions);
     if (found.windows.size() > 1) {
-      throw InputError(
+      std::vector<std::vector<Point>> outlines;
+      for (const auto& w : found.windows) {
+        outlines.emplace_back();
+        for (const Point& p : w)
+          outlines.back().push_back({mosaic.x0 + 2.0 * p.x + 1.0, mosaic.y0 + 2.0 * p.y + 1.0});
+      }
+      throw CaptureFailure(
           frame_name + ": " + std::to_string(found.windows.size()) +
-          " windows in the tape were found, expected one; cover the others with black tape and capture "
-          "this frame again");
+              " windows in the tape were found, expected one; cover the others with black tape "
+              "and capture this frame again",
+          FailurePicture(mosaic.skin, gray_card, outlines));
     }
     if (found.windows.size() == 1) {
       auto corners = found.windows[0];
-      for (Point& p : corners) p = {mosaic.x0 + 2.0 * p.x + 1.0, mosaic.y0 + 2.0 * p.y + 1.0};
-      return RefineWindow(mosaic, corners, frame_name);
+      for (Point& p : corners)
+        p = mosaic.lens.IdealFromPhotosites({mosaic.x0 + 2.0 * p.x + 1.0, mosaic.y0 + 2.0 * p.y + 1.0});
+      try {
+        return RefineWindow(mosaic, corners, window_mm, frame_name);
+      } catch (const InputError& error) {
+        const std::vector<std::vector<Point>> outline{{corners.begin(), corners.end()}};
+        throw CaptureFailure(error.what(), FailurePicture(mosaic.skin, gray_card, outline));
+      }
     }
   }
-  throw InputError(
+  throw CaptureFailure(
       frame_name + ": no window in the tape was found (" + std::to_string(regions) +
-      " bright regions, none of them a square that lies whole within the frame); expected one bright square "
-      "on black tape: check the tape, the focus and that the whole window is in view, then capture this "
-      "frame again");
+          " bright regions, none of them a square that lies whole within the frame); expected one bright "
+          "square "
+          "on black tape: check the tape, the focus and that the whole window is in view, then capture this "
+          "frame again",
+      FailurePicture(mosaic.skin, gray_card));
 }
 
 }  // namespace dermap

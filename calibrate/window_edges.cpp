@@ -110,6 +110,7 @@ struct Line {
 struct EdgeFit {
   Line line;
   double uncertainty_px = 0.0;
+  double blur_px = 0.0;
 };
 
 std::optional<EdgeFit> HalfLevelLine(const Mosaic& mosaic, const Edge& edge, double reach) {
@@ -140,14 +141,23 @@ std::optional<EdgeFit> HalfLevelLine(const Mosaic& mosaic, const Edge& edge, dou
   return result;
 }
 
-// The model's line, or the half-level line where the model finds none.
-std::optional<EdgeFit> ModelLine(const Mosaic& mosaic, const Edge& edge) {
-  const auto shift = FitEdgeModel(mosaic, edge);
-  if (!shift) return HalfLevelLine(mosaic, edge, kReach_px);
-  const Point a = edge.At(0.0, shift->from_px);
-  const Point b = edge.At(edge.length(), shift->to_px);
-  const double length = std::hypot(b.x - a.x, b.y - a.y);
-  return EdgeFit{{a, {(b.x - a.x) / length, (b.y - a.y) / length}}, shift->uncertainty_px};
+// The edges where the model puts them, or by half levels where the model finds none.
+std::array<std::optional<EdgeFit>, 4> ModelLines(const Mosaic& mosaic, const std::array<Edge, 4>& edges,
+                                                 double window_mm) {
+  std::array<std::optional<EdgeFit>, 4> lines;
+  const auto shifts = FitEdges(mosaic, edges, window_mm);
+  for (std::size_t i = 0; i < 4; ++i) {
+    if (!shifts) {
+      lines[i] = HalfLevelLine(mosaic, edges[i], kReach_px);
+      continue;
+    }
+    const Point a = edges[i].At(0.0, (*shifts)[i].from_px);
+    const Point b = edges[i].At(edges[i].length(), (*shifts)[i].to_px);
+    const double length = std::hypot(b.x - a.x, b.y - a.y);
+    lines[i] = EdgeFit{
+        {a, {(b.x - a.x) / length, (b.y - a.y) / length}}, (*shifts)[i].uncertainty_px, (*shifts)[i].blur_px};
+  }
+  return lines;
 }
 
 std::optional<Point> Intersection(const Line& a, const Line& b) {
@@ -158,44 +168,53 @@ std::optional<Point> Intersection(const Line& a, const Line& b) {
   return Point{a.origin.x + t * a.direction.x, a.origin.y + t * a.direction.y};
 }
 
-}  // namespace
-
-Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, const std::string& frame_name) {
-  Window window;
-  window.corners = rough;
-  for (int pass = 0; pass < kPasses; ++pass) {
-    std::array<Line, 4> lines;
-    double mean_square = 0.0;
-    for (int i = 0; i < 4; ++i) {
-      const Edge edge{window.corners[i], window.corners[(i + 1) % 4]};
-      const auto fit = pass == 0 ? HalfLevelLine(mosaic, edge, kRoughReach_px) : ModelLine(mosaic, edge);
-      if (!fit) {
-        throw InputError(
-            frame_name + ": side " + std::to_string(i + 1) +
-            " of the window (clockwise from the top) has no "
-            "clear edge against the tape; expected a straight cut, in focus and in the light: check the "
-            "tape and capture this frame again");
-      }
-      lines[i] = fit->line;
-      mean_square += fit->uncertainty_px * fit->uncertainty_px / 4;
-    }
-    for (int i = 0; i < 4; ++i) {
-      const auto corner = Intersection(lines[(i + 3) % 4], lines[i]);
-      if (!corner) {
-        throw InputError(frame_name +
-                         ": the window's sides do not make a square; expected one 7.5 mm square cut into "
-                         "black tape: check the tape and capture this frame again");
-      }
-      window.corners[i] = *corner;
-    }
-    window.edge_uncertainty_px = std::sqrt(mean_square);
-  }
-  window.smallest_side_px = window.largest_side_px = 0.0;
-  for (int i = 0; i < 4; ++i) {
+void MeasureSides(Window& window) {
+  for (std::size_t i = 0; i < 4; ++i) {
     const double side = Edge{window.corners[i], window.corners[(i + 1) % 4]}.length();
     window.smallest_side_px = i == 0 ? side : std::min(window.smallest_side_px, side);
     window.largest_side_px = std::max(window.largest_side_px, side);
   }
+}
+
+}  // namespace
+
+Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, double window_mm,
+                    const std::string& frame_name) {
+  Window window;
+  window.corners = rough;
+  for (int pass = 0; pass < kPasses; ++pass) {
+    std::array<Edge, 4> edges;
+    for (std::size_t i = 0; i < 4; ++i) edges[i] = {window.corners[i], window.corners[(i + 1) % 4]};
+    std::array<std::optional<EdgeFit>, 4> fits;
+    if (pass == 0) {
+      for (std::size_t i = 0; i < 4; ++i) fits[i] = HalfLevelLine(mosaic, edges[i], kRoughReach_px);
+    } else {
+      fits = ModelLines(mosaic, edges, window_mm);
+    }
+    double mean_square = 0.0;
+    for (std::size_t i = 0; i < 4; ++i) {
+      if (!fits[i]) {
+        throw InputError(
+            frame_name + ": side " + std::to_string(i + 1) +
+            " of the window (clockwise from the top) has no clear edge against the tape; expected a "
+            "straight cut, in focus and in the light: check the tape and capture this frame again");
+      }
+      mean_square += fits[i]->uncertainty_px * fits[i]->uncertainty_px / 4;
+    }
+    for (std::size_t i = 0; i < 4; ++i) {
+      const auto corner = Intersection(fits[(i + 3) % 4]->line, fits[i]->line);
+      if (!corner) {
+        throw InputError(
+            frame_name +
+            ": the window's sides do not make a square; expected one square cut into black tape: "
+            "check the tape and capture this frame again");
+      }
+      window.corners[i] = *corner;
+    }
+    window.edge_uncertainty_px = std::sqrt(mean_square);
+    window.blur_px = fits[0]->blur_px;
+  }
+  MeasureSides(window);
   window.camera_from_unit = CameraFromUnit(window.corners);
   return window;
 }

@@ -6,9 +6,8 @@
 #include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
+#include "calibrate/frame_picture.h"
 #include "common/files/atomic_file.h"
 #include "common/files/picture.h"
 
@@ -18,7 +17,6 @@ namespace {
 using nlohmann::json;
 
 constexpr Rgb8 kOutline{255, 176, 0};
-constexpr int kOutlineShift = 4;  // fractional bits of the outline's coordinates
 
 // 450 -> "450nm", 532.5 -> "532.5nm"
 std::string NameOf(double wavelength_nm) {
@@ -41,6 +39,18 @@ json RecordOfCorrelation(const NoiseCorrelation& c) {
   return {{"along_x", c.along_x}, {"along_y", c.along_y}, {"diagonal", c.diagonal}};
 }
 
+json RecordOfSteps(const std::vector<StepRecord>& steps) {
+  json list = json::array();
+  for (const StepRecord& s : steps) {
+    list.push_back({{"step", NameOf(s.step)},
+                    {"applied", s.applied},
+                    {"effect", NumberOrNull(s.effect)},
+                    {"sigma", NumberOrNull(s.sigma)},
+                    {"note", s.note}});
+  }
+  return list;
+}
+
 json RecordOfBand(const BandCalibration& band) {
   json windows = json::array();
   for (const Window& window : band.windows) windows.push_back(RecordOfWindow(window));
@@ -56,6 +66,7 @@ json RecordOfBand(const BandCalibration& band) {
           {"windows", windows},
           {"alignment_shift_px", {a.dx_px, a.dy_px}},
           {"alignment_rotation_deg", a.angle_rad * 180.0 / 3.14159265358979323846},
+          {"alignment_stretch_px", a.stretch_px},
           {"alignment_correlation", a.correlation},
           {"alignment_uncertainty_px", a.uncertainty_px},
           {"aligned", a.applied},
@@ -64,6 +75,11 @@ json RecordOfBand(const BandCalibration& band) {
           {"saturated_share", band.saturated_share},
           {"masked_share", band.masked_share},
           {"correlation", RecordOfCorrelation(band.correlation)},
+          {"blur_px", {band.blur_px.x, band.blur_px.y}},
+          {"steps", RecordOfSteps(band.steps)},
+          {"systematic_sigma", band.systematic_sigma},
+          {"effective_wavelength_nm",
+           band.effective_wavelength_nm > 0.0 ? json(band.effective_wavelength_nm) : json(nullptr)},
           {"dropped", band.dropped},
           {"notes", band.notes}};
 }
@@ -79,19 +95,9 @@ json RecordOfMeanCorrelation(const NoiseCorrelation& mean) {
 }
 
 // The captured frame with its window outlined.
-Plane<Rgb8> FramePicture(const BandCalibration& band) {
+Plane<Rgb8> OutlinedFrame(const BandCalibration& band) {
   Plane<Rgb8> picture = Colourise(band.picture, ColourMap::kGray, {0.0, 1.0});
-  static_assert(sizeof(Rgb8) == 3);
-  cv::Mat canvas(picture.height(), picture.width(), CV_8UC3, picture.data());
-  std::vector<cv::Point> outline;
-  for (const Point& p : band.windows[0].corners) {
-    const auto fixed = [&](double v) {  // drawing has the first pixel's centre at 0
-      return static_cast<int>(std::lround((v * band.picture_scale - 0.5) * (1 << kOutlineShift)));
-    };
-    outline.emplace_back(fixed(p.x), fixed(p.y));
-  }
-  cv::polylines(canvas, outline, true, cv::Scalar(kOutline[0], kOutline[1], kOutline[2]), 1, cv::LINE_AA,
-                kOutlineShift);
+  DrawOutline(picture, band.picture_scale, band.windows[0].corners, kOutline);
   return picture;
 }
 
@@ -115,16 +121,13 @@ json CalibrationRecord(const CalibrationResult& result) {
   json record{{"session", result.session},
               {"edge_mask_px", result.edge_mask_px},
               {"pixel_size_mm", result.stack.pixel_size_mm.value_or(0.0)},
+              {"pixel_size_sigma_mm", result.pixel_size_sigma_mm},
               {"hot_photosites_share", result.hot_share},
               {"bands", json::array()},
               {"noise", json::array()},
               {"correlation", RecordOfMeanCorrelation(result.correlation)},
-              {"effective_wavelength_note",
-               "red, green and blue photosites weigh a filter's band differently, so their effective "
-               "wavelengths differ "
-               "by about 0.5 nm; they are combined by inverse variance, and the band is given at the "
-               "filter's centre"},
               {"notes", result.notes}};
+  for (const StageSeconds& stage : result.seconds) record["seconds"][stage.stage] = stage.seconds;
   for (const BandCalibration& band : result.bands) record["bands"].push_back(RecordOfBand(band));
   for (const auto& [iso, model] : result.noise) {
     record["noise"].push_back({{"iso", iso},
@@ -146,7 +149,7 @@ void WriteCalibration(const std::filesystem::path& stack_path, const Calibration
   std::size_t k = 0;
   for (const BandCalibration& band : result.bands) {
     const std::string name = NameOf(band.band.wavelength_nm);
-    pictures.Add("Captured frame, " + name, name + "_frame.png", FramePicture(band));
+    pictures.Add("Captured frame, " + name, name + "_frame.png", OutlinedFrame(band));
     if (band.dropped) continue;
     const PlaneF& reflectance = result.stack.reflectance[k++];
     pictures.Add("Calibrated reflectance, " + name, name + "_reflectance.png",

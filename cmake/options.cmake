@@ -2,6 +2,7 @@
 # Language level, warnings and sanitizers for everything that is ours.
 option(DERMAP_BUILD_TESTS "Build the tests" ON)
 option(DERMAP_BUILD_BENCHMARKS "Build the Google Benchmark programs" OFF)
+option(DERMAP_BUILD_FUZZERS "Build the libFuzzer programs of tests/fuzz (clang only)" OFF)
 option(DERMAP_WERROR "Warnings are errors" ON)
 set(DERMAP_SANITIZE "" CACHE STRING "address,undefined | thread | empty")
 
@@ -32,6 +33,10 @@ if(DERMAP_SANITIZE)
                          -fno-sanitize-recover=all)
   target_link_options(dermap_options INTERFACE -fsanitize=${DERMAP_SANITIZE})
   target_compile_definitions(dermap_options INTERFACE DERMAP_SANITIZED=1)
+endif()
+
+if(DERMAP_BUILD_FUZZERS)  # everything is instrumented, the programs alone have libFuzzer's main
+  target_compile_options(dermap_options INTERFACE -fsanitize=fuzzer-no-link)
 endif()
 
 # dermap_library(NAME files...): one static library a folder, with our options.

@@ -30,7 +30,14 @@ void ReadView(TomlTable& t, BenchConfig& c) {
   c.window_center_px = ReadPair(t, "window_center_px", c.window_center_px);
   c.scale_px_per_mm = t.Number("scale_px_per_mm", c.scale_px_per_mm, 1.0, 1000.0);
   c.camera_distance_mm = t.Number("camera_distance_mm", c.camera_distance_mm, 20.0, 10000.0);
+  const std::string filters = t.String("filters", "rggb");
+  if (filters != "rggb" && filters != "xtrans" && filters != "none")
+    throw InputError("[bench] filters is \"" + filters + "\"; it must be \"rggb\", \"xtrans\" or \"none\".");
+  c.filters = filters == "rggb"   ? BenchConfig::Filters::kRggb
+              : filters == "none" ? BenchConfig::Filters::kNone
+                                  : BenchConfig::Filters::kXTrans;
   c.psf_sigma_px = t.Number("psf_sigma_px", c.psf_sigma_px, 0.0, 20.0);
+  c.distortion_k1 = t.Number("distortion_k1", c.distortion_k1, -0.3, 0.3);
 }
 
 void ReadLight(TomlTable& t, BenchConfig& c) {
@@ -45,11 +52,23 @@ void ReadLight(TomlTable& t, BenchConfig& c) {
     }
     c.misfired_shots.push_back(static_cast<int>(shot));
   }
+  c.stray_light = t.Number("stray_light", c.stray_light, 0.0, 0.5);
+  c.polarizer_sign = t.Integer("polarizer_sign", c.polarizer_sign, -1, 1);
+  c.polarizer_spectralon = t.Number("polarizer_spectralon", c.polarizer_spectralon, 0.0, 0.9);
+  c.polarizer_skin = t.Number("polarizer_skin", c.polarizer_skin, 0.0, 0.9);
+  c.polarizer_leak = t.Number("polarizer_leak", c.polarizer_leak, 0.0, 0.2);
 }
 
 void ReadSubject(TomlTable& t, BenchConfig& c) {
   c.motion_shift_mm = t.Number("motion_shift_mm", c.motion_shift_mm, 0.0, 5.0);
   c.motion_rotation_deg = t.Number("motion_rotation_deg", c.motion_rotation_deg, 0.0, 10.0);
+  c.stretch = t.Number("stretch", c.stretch, 0.0, 0.1);
+  c.stretch_mm = t.Number("stretch_mm", c.stretch_mm, 0.0, 1.0);
+  c.corner_radius_mm = t.Number("corner_radius_mm", c.corner_radius_mm, 0.0, 5.0);
+  c.fray_mm = t.Number("fray_mm", c.fray_mm, 0.0, 2.0);
+  c.hairs = t.Integer("hairs", c.hairs, 0, 1000);
+  c.hair_mm = t.Number("hair_mm", c.hair_mm, 0.0, 1.0);
+  c.shadow = t.Number("shadow", c.shadow, 0.0, 1.0);
   c.tape_reflectance = t.Number("tape_reflectance", c.tape_reflectance, 0.0, 1.0);
   c.tape_texture = t.Number("tape_texture", c.tape_texture, 0.0, 1.0);
 }
@@ -66,6 +85,7 @@ void ReadSensor(TomlTable& t, BenchConfig& c) {
       t.Number("dark_current_electrons_per_s", c.dark_current_electrons_per_s, 0.0, 1e6);
   c.hot_photosites = t.Integer("hot_photosites", c.hot_photosites, 0, 100000);
   c.dead_photosites = t.Integer("dead_photosites", c.dead_photosites, 0, 100000);
+  c.nonlinearity = t.Number("nonlinearity", c.nonlinearity, -0.2, 0.2);
 }
 
 }  // namespace

@@ -17,7 +17,10 @@ struct BenchConfig {
   std::array<double, 2> window_center_px{190.0, 179.5};
   double scale_px_per_mm = 40.0;  // at the window's centre, across the tilt
   double camera_distance_mm = 400.0;
-  double psf_sigma_px = 0.5;  // lens and low-pass filter, Gaussian
+  enum class Filters { kRggb, kXTrans, kNone };  // over the photosites; kNone: all see as green ones do
+  Filters filters = Filters::kRggb;
+  double psf_sigma_px = 0.5;   // lens and low-pass filter, Gaussian
+  double distortion_k1 = 0.0;  // a point at the radius r of the half diagonal appears at r (1 + k1 r^2)
 
   // Light. The flash's energy does not depend on the shutter: a plan sets the level by ISO alone.
   double white_electrons =
@@ -26,12 +29,24 @@ struct BenchConfig {
   double flash_unevenness = 0.1;    // light lost 5 mm off the flash's axis
   double flash_drift = 0.02;        // standard deviation from shot to shot
   std::vector<int> misfired_shots;  // the flash stays dark
+  double stray_light = 0.0;         // share of a frame's light that the lens spreads evenly over it
+  int polarizer_sign = 0;           // -1: the camera's polarizer stands where signals are weaker; 0: no bias
+  double polarizer_spectralon = 0.0527;  // amplitudes about the mean [D08 6.4]
+  double polarizer_skin = 0.1996;
+  double polarizer_leak = 0.0;  // reflectance that the surface adds through crossed polarizers
 
   // Subject.
   double motion_shift_mm = 0.3;  // largest, between shots
   double motion_rotation_deg = 1.0;
+  double stretch = 0.0;     // largest strain of skin and tape, drawn a shot and axis
+  double stretch_mm = 0.0;  // largest shift of the window's middle against its border
   double tape_reflectance = 0.03;
-  double tape_texture = 0.15;  // relative standard deviation
+  double tape_texture = 0.15;     // relative standard deviation
+  double corner_radius_mm = 0.0;  // of the window's cut
+  double fray_mm = 0.0;           // how far fibres of the tape reach into the window
+  int hairs = 0;                  // dark lines across the window and the tape
+  double hair_mm = 0.08;          // their width
+  double shadow = 0.0;            // light lost on one side of a diagonal through the window, in skin frames
 
   // Sensor.
   bool shot_noise = true;
@@ -44,6 +59,7 @@ struct BenchConfig {
   double dark_current_electrons_per_s = 3.0;
   int hot_photosites = 12;
   int dead_photosites = 4;
+  double nonlinearity = 0.0;  // light = signal (1 + nonlinearity signal / full scale)
 
   // Nothing but the view, the mosaic, the black level, the analogue-digital conversion and saturation.
   static BenchConfig Ideal();

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// Light through the bench. Crossed polarizers are taken as ideal: no surface reflection, and diffuse light of
-// the skin and of the Spectralon depolarized alike. ([D08 6.4] measures that they are not; its shares are not
-// modelled here.)
+// Light through the bench. Crossed polarizers are ideal unless a scene says otherwise: no surface reflection,
+// and diffuse light of the skin and of the Spectralon depolarized alike ([D08 6.4] measures that it is not).
 #include "acquire/simulated/optical_bench.h"
 
 #include <algorithm>
@@ -10,6 +9,7 @@
 #include <opencv2/imgproc.hpp>
 
 #include "acquire/simulated/random_field.h"
+#include "acquire/simulated/window_dirt.h"
 #include "common/core/error.h"
 #include "common/core/parallel.h"
 #include "common/transport/band_optics.h"
@@ -24,9 +24,13 @@ constexpr double kTapeGrain_px = 1.7;  // of the tile: 0.085 mm
 constexpr double kUnevennessRadius_mm = 5.0;
 constexpr double kCardMargin_px = 6.0;  // the card is larger than the region in which it is read
 
-// Red, green or blue of an RGGB mosaic.
-int ChannelOf(int x, int y) {
-  return (y % 2) + (x % 2);
+// Red, green or blue of a photosite. X-Trans as Fujifilm's cameras have it, from the top left.
+int ChannelOf(BenchConfig::Filters filters, int x, int y) {
+  constexpr const char* kXTrans[6] = {"GBGGRG", "RGRBGB", "GBGGRG", "GRGGBG", "BGBRGR", "GRGGBG"};
+  if (filters == BenchConfig::Filters::kNone) return 1;
+  if (filters == BenchConfig::Filters::kRggb) return (y % 2) + (x % 2);
+  const char letter = kXTrans[y % 6][x % 6];
+  return letter == 'R' ? 0 : letter == 'G' ? 1 : 2;
 }
 
 std::filesystem::path ConfigFile(const std::filesystem::path& relative) {
@@ -96,6 +100,24 @@ struct Bilinear {
   }
 };
 
+// The lens spreads a share of each colour's light evenly over the frame.
+void AddStrayLight(BenchConfig::Filters filters, double share, PlaneF& electrons) {
+  std::array<double, 3> sum{}, count{};
+  for (int y = 0; y < electrons.height(); ++y) {
+    for (int x = 0; x < electrons.width(); ++x) {
+      const auto c = static_cast<std::size_t>(ChannelOf(filters, x, y));
+      sum[c] += electrons(x, y);
+      count[c] += 1.0;
+    }
+  }
+  for (int y = 0; y < electrons.height(); ++y) {
+    for (int x = 0; x < electrons.width(); ++x) {
+      const auto c = static_cast<std::size_t>(ChannelOf(filters, x, y));
+      electrons(x, y) = static_cast<float>((1.0 - share) * electrons(x, y) + share * sum[c] / count[c]);
+    }
+  }
+}
+
 // Share of [i - 0.5, i + 0.5] that lies in [low, high].
 double Overlap(int i, double low, double high) {
   return std::clamp(std::min(i + 0.5, high) - std::max(i - 0.5, low), 0.0, 1.0);
@@ -104,9 +126,12 @@ double Overlap(int i, double low, double high) {
 }  // namespace
 
 OpticalBench::OpticalBench(const RigConfig& rig, Scene scene, const ProgressFunction& progress)
+    : OpticalBench(rig, scene, RenderPatch(scene, rig, progress)) {}
+
+OpticalBench::OpticalBench(const RigConfig& rig, Scene scene, PatchReflectance patch)
     : rig_(rig),
       scene_(std::move(scene)),
-      patch_(RenderPatch(scene_, rig_, progress)),
+      patch_(std::move(patch)),
       view_(scene_.bench, rig_.view_angle_deg),
       sensor_(scene_.bench, scene_.seed),
       flash_(ReadSpectrumCsv(ConfigFile("spectra/xenon_flash.csv"), "relative_power")),
@@ -136,7 +161,13 @@ Pose OpticalBench::PoseOfShot(const Shot& shot) const {
   const double direction = 2.0 * std::numbers::pi * Uniform(random);
   const double length_mm = scene_.bench.motion_shift_mm * std::sqrt(Uniform(random));  // even over the disc
   const double rotation_deg = scene_.bench.motion_rotation_deg * (2.0 * Uniform(random) - 1.0);
-  return {length_mm * std::cos(direction), length_mm * std::sin(direction), rotation_deg};
+  Pose pose{length_mm * std::cos(direction), length_mm * std::sin(direction), rotation_deg, 0, 0, 0, 0};
+  auto stretch = RandomStream(scene_.seed, "stretch", static_cast<std::uint64_t>(shot.number));
+  pose.strain_x = scene_.bench.stretch * (2.0 * Uniform(stretch) - 1.0);
+  pose.strain_y = scene_.bench.stretch * (2.0 * Uniform(stretch) - 1.0);
+  pose.bulge_x_mm = scene_.bench.stretch_mm * (2.0 * Uniform(stretch) - 1.0);
+  pose.bulge_y_mm = scene_.bench.stretch_mm * (2.0 * Uniform(stretch) - 1.0);
+  return pose;
 }
 
 std::array<Point2, 4> OpticalBench::CornersOfShot(const Shot& shot) const {
@@ -174,6 +205,8 @@ void OpticalBench::DrawSkin(const Shot& shot, const BandLight& light, std::array
   }
   const Pose pose = PoseOfShot(shot);
   const double w = rig_.window_mm;
+  const WindowDirt dirt(scene_.bench, w, scene_.seed);
+  const double depolarized = 1.0 + scene_.bench.polarizer_sign * scene_.bench.polarizer_skin;
   const double patch_px_per_mm = kPatchSize_px / w, tape_px_per_mm = kTapeTileSize_px / kTapeTileSide_mm;
   ParallelFor(content[0].height(), [&](int y) {
     for (int x = 0; x < content[0].width(); ++x) {
@@ -182,15 +215,19 @@ void OpticalBench::DrawSkin(const Shot& shot, const BandLight& light, std::array
         const Point2 pixel{x + (s % kSubsamples + 0.5) / kSubsamples - 0.5,
                            y + (s / kSubsamples + 0.5) / kSubsamples - 0.5};
         const Point2 p = PatchFromBench(pose, w, view_.BenchFromPixel(pixel));
-        if (p.x >= 0.0 && p.x < w && p.y >= 0.0 && p.y < w) {
+        const double light_left = dirt.Clear(p) * dirt.Lit(p);
+        if (dirt.InWindow(p)) {
           const Bilinear at(p.x * patch_px_per_mm - 0.5, p.y * patch_px_per_mm - 0.5, kPatchSize_px,
                             kPatchSize_px);
-          for (std::size_t c = 0; c < 3; ++c) sum[c] += at.At(patch[c]);
+          for (std::size_t c = 0; c < 3; ++c) {
+            const double seen = depolarized * at.At(patch[c]) + scene_.bench.polarizer_leak * light.white[c];
+            sum[c] += static_cast<float>(light_left * seen);
+          }
         } else {
           const Bilinear at((p.x - 0.5 * w + 0.5 * kTapeTileSide_mm) * tape_px_per_mm,
                             (p.y - 0.5 * w + 0.5 * kTapeTileSide_mm) * tape_px_per_mm, kTapeTileSize_px,
                             kTapeTileSize_px);
-          const float tape = at.At(tape_);
+          const float tape = static_cast<float>(light_left) * at.At(tape_);
           for (std::size_t c = 0; c < 3; ++c) sum[c] += tape * static_cast<float>(light.white[c]);
         }
       }
@@ -222,7 +259,9 @@ std::array<PlaneF, 3> OpticalBench::Content(const Shot& shot, const BandLight& l
   std::array<PlaneF, 3> content;
   for (std::size_t c = 0; c < 3; ++c) {
     content[c] =
-        PlaneF(scene_.bench.width_px, scene_.bench.height_px, static_cast<float>(light.spectralon[c]));
+        PlaneF(scene_.bench.width_px, scene_.bench.height_px,
+               static_cast<float>(light.spectralon[c] *
+                                  (1.0 + scene_.bench.polarizer_sign * scene_.bench.polarizer_spectralon)));
   }
   if (shot.target == FrameRole::kSkin) DrawSkin(shot, light, content);
   DrawGrayCard(light, content);
@@ -236,12 +275,14 @@ PlaneF OpticalBench::ExpectedElectrons(const Shot& shot) const {
   const double flash = FlashFactor(shot.number);
   if (slot.opaque || flash == 0.0) return electrons;
   const auto content = Content(shot, LightOfBand(slot));
+  const BenchConfig::Filters filters = scene_.bench.filters;
   for (int y = 0; y < electrons.height(); ++y) {
     for (int x = 0; x < electrons.width(); ++x) {
-      const float here = content[static_cast<std::size_t>(ChannelOf(x, y))](x, y);
+      const float here = content[static_cast<std::size_t>(ChannelOf(filters, x, y))](x, y);
       electrons(x, y) = static_cast<float>(flash) * shading_(x, y) * here;
     }
   }
+  if (scene_.bench.stray_light > 0.0) AddStrayLight(filters, scene_.bench.stray_light, electrons);
   return electrons;
 }
 

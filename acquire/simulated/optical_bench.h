@@ -31,6 +31,8 @@ class OpticalBench {
  public:
   // Renders the scene in every band; `progress` tells how far that is.
   OpticalBench(const RigConfig& rig, Scene scene, const ProgressFunction& progress = {});
+  // With a patch that was rendered before, for the same scene content and filters.
+  OpticalBench(const RigConfig& rig, Scene scene, PatchReflectance patch);
 
   Plane<std::uint16_t> Expose(const Shot& shot) const;
 

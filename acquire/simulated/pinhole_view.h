@@ -23,6 +23,10 @@ struct Pose {
   double shift_x_mm = 0.0;
   double shift_y_mm = 0.0;
   double rotation_deg = 0.0;  // about the window's centre, clockwise on the image
+  double strain_x = 0.0;      // the tape and the skin are stretched by these
+  double strain_y = 0.0;
+  double bulge_x_mm = 0.0;  // shift of the window's middle against its border
+  double bulge_y_mm = 0.0;
 };
 
 class PinholeView {
@@ -34,6 +38,7 @@ class PinholeView {
  private:
   double center_x_px_, center_y_px_;
   double focal_px_, distance_mm_, sin_, cos_;
+  double frame_x_px_, frame_y_px_, half_diagonal_px_, distortion_k1_;  // the lens's axis: the frame's centre
 };
 
 Point2 BenchFromPatch(const Pose& pose, double window_mm, Point2 patch_mm) noexcept;

@@ -59,12 +59,26 @@ SoftLine ReadLine(TomlTable& table, const std::string& file, const std::string& 
   return line;
 }
 
+void ReadSteps(TomlTable& table, const std::string& name, TestPattern& p) {
+  p.values = table.Numbers("values", {});
+  p.columns = table.Integer("columns", p.columns, 1, 64);
+  table.Finish();
+  const bool full = !p.values.empty() && p.values.size() % static_cast<std::size_t>(p.columns) == 0;
+  const bool sane =
+      std::all_of(p.values.begin(), p.values.end(), [](double v) { return v >= 0.0 && v <= 1.5; });
+  if (full && sane) return;
+  throw InputError(name + ": [pattern] has " + std::to_string(p.values.size()) + " values in rows of " +
+                   std::to_string(p.columns) + "; expected full rows of reflectances from 0 to 1.5.");
+}
+
 std::optional<TestPattern> ReadPattern(TomlTable& file, const std::string& name) {
   auto table = file.Table("pattern");
   const double flat = file.Number("flat_reflectance", 0.5, 0.0, 1.5);
   if (file.Has("flat_reflectance")) {
     if (table) throw InputError(name + " has both flat_reflectance and [pattern]; leave one of them out.");
-    return TestPattern{.kind = TestPattern::Kind::kFlat, .low = flat, .high = flat};
+    TestPattern p;
+    p.low = p.high = flat;
+    return p;
   }
   if (!table) return std::nullopt;
   TestPattern p;
@@ -73,9 +87,13 @@ std::optional<TestPattern> ReadPattern(TomlTable& file, const std::string& name)
     p.kind = TestPattern::Kind::kGradient;
   } else if (kind == "checker") {
     p.kind = TestPattern::Kind::kChecker;
+  } else if (kind == "steps") {
+    p.kind = TestPattern::Kind::kSteps;
+    ReadSteps(*table, name, p);
+    return p;
   } else {
     throw InputError(name + ": kind of [pattern] is \"" + kind +
-                     "\"; it must be \"gradient\" or \"checker\".");
+                     "\"; it must be \"gradient\", \"checker\" or \"steps\".");
   }
   p.low = table->RequiredNumber("low", 0.0, 1.5);
   p.high = table->RequiredNumber("high", 0.0, 1.5);
@@ -172,6 +190,11 @@ PlaneF RenderPattern(const TestPattern& pattern, double window_mm) {
         const int column = static_cast<int>((x + 0.5) * pixel_size_mm / pattern.period_mm);
         const int row = static_cast<int>((y + 0.5) * pixel_size_mm / pattern.period_mm);
         share = (column + row) % 2;
+      } else if (pattern.kind == TestPattern::Kind::kSteps) {
+        const auto rows = static_cast<int>(pattern.values.size()) / pattern.columns;
+        const int cell = y * rows / kPatchSize_px * pattern.columns + x * pattern.columns / kPatchSize_px;
+        plane(x, y) = static_cast<float>(pattern.values[static_cast<std::size_t>(cell)]);
+        continue;
       }
       plane(x, y) = static_cast<float>(pattern.low + share * (pattern.high - pattern.low));
     }

@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "acquire/simulated/bench_config.h"
 #include "common/tissue/tissue.h"
@@ -18,11 +19,14 @@ inline constexpr int kPatchSize_px = 256;  // side of the simulated patch
 // A target whose reflectance is the same at all wavelengths, in place of skin; it has no lateral transport,
 // so what is calibrated from it can be judged without a model of skin.
 struct TestPattern {
-  enum class Kind { kFlat, kGradient, kChecker };
+  enum class Kind { kFlat, kGradient, kChecker, kSteps };
   Kind kind = Kind::kFlat;
   double low = 0.5;  // flat: the reflectance; gradient: at the left border
   double high = 0.5;
   double period_mm = 1.5;  // checker: side of a field
+  // Steps: reflectance of each field, row by row, `columns` in a row.
+  std::vector<double> values{};
+  int columns = 4;
 };
 
 struct Scene {

@@ -58,7 +58,12 @@ Plane<std::uint16_t> Sensor::Read(const PlaneF& electrons, double exposure_ms, i
     collected = std::min(
         collected, config_.full_well_electrons * 1.02);  // the well itself is a little larger than the range
     if (config_.read_noise_electrons > 0.0) collected += config_.read_noise_electrons * Normal(random);
-    double dn = config_.black_level_dn + offset_dn_.values()[i] + collected / electrons_per_dn;
+    double signal_dn = collected / electrons_per_dn;
+    if (config_.nonlinearity != 0.0) {  // light = signal (1 + k signal / full scale), solved for the signal
+      const double k = config_.nonlinearity / (kDngWhiteLevel - config_.black_level_dn);
+      signal_dn = (std::sqrt(std::max(0.0, 1.0 + 4.0 * k * signal_dn)) - 1.0) / (2.0 * k);
+    }
+    double dn = config_.black_level_dn + offset_dn_.values()[i] + signal_dn;
     if (config_.read_noise_dn > 0.0) dn += config_.read_noise_dn * Normal(random);
     frame.values()[i] = static_cast<std::uint16_t>(std::clamp<long>(std::lround(dn), 0, kDngWhiteLevel));
   }

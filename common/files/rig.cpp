@@ -128,6 +128,7 @@ RigConfig ReadRigTable(TomlTable& file) {
     geometry->Finish();
   }
   if (auto references = file.Table("references")) ReadReferences(*references, rig);
+  rig.optics = ReadRigOptics(file);
   if (auto simulated = file.Table("simulated")) {
     rig.simulated_scene = simulated->String("scene", "");
     simulated->Finish();
@@ -142,6 +143,9 @@ RigConfig ReadRig(const fs::path& path) {
   if (rig.name.empty()) rig.name = path.stem().string();
   const fs::path folder = path.parent_path();
   if (IsFile(folder / rig.spectralon_csv)) rig.spectralon_csv = fs::absolute(folder / rig.spectralon_csv);
+  for (fs::path* csv : {&rig.optics.camera_csv, &rig.optics.flash_csv}) {
+    if (!csv->empty() && IsFile(folder / *csv)) *csv = fs::absolute(folder / *csv);
+  }
   if (!rig.simulated_scene.empty()) {
     rig.simulated_scene = FindScene(rig.simulated_scene, folder, file.Where("simulated"));
   }

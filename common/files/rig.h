@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "common/files/rig_optics.h"
 #include "common/files/toml_table.h"
 
 namespace dermap {
@@ -34,7 +35,8 @@ struct RigConfig {
   double gray_card_reflectance = 0.30;
   std::array<double, 4> gray_card_region{0.80, 0.25, 0.14,
                                          0.5};  // x, y, width, height as shares of the frame
-  std::filesystem::path simulated_scene;        // for the simulated drivers: a scene TOML; empty: none
+  RigOptics optics;
+  std::filesystem::path simulated_scene;  // for the simulated drivers: a scene TOML; empty: none
 };
 
 struct PlannedExposure {

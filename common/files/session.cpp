@@ -55,6 +55,9 @@ json RigToJson(const RigConfig& rig) {
                {{"spectralon_csv", PortablePath(rig.spectralon_csv)},
                 {"gray_card_reflectance", rig.gray_card_reflectance},
                 {"gray_card_region", rig.gray_card_region}}}};
+  RigOptics optics = rig.optics;
+  for (fs::path* csv : {&optics.camera_csv, &optics.flash_csv}) *csv = PortablePath(*csv);
+  AddRigOptics(optics, result);
   if (!rig.simulated_scene.empty()) result["simulated"] = {{"scene", PortablePath(rig.simulated_scene)}};
   return result;
 }
@@ -112,6 +115,11 @@ FrameRecord ReadFrame(TomlTable& table, const std::string& where) {
   frame.sha256 = table.RequiredString("sha256");
   CheckSha256(frame.sha256, where);
   frame.time_utc = table.String("time_utc", "");
+  frame.polarizer = table.String("polarizer", "");
+  if (frame.polarizer != "" && frame.polarizer != "s" && frame.polarizer != "p") {
+    throw InputError(where + ": 'polarizer' is \"" + Shorten(frame.polarizer, 20) +
+                     "\"; expected s or p, the position of the camera's polarizer");
+  }
   return frame;
 }
 
@@ -171,6 +179,7 @@ json FrameToJson(const FrameRecord& frame) {
     result["wavelength_nm"] = frame.wavelength_nm;
     result["fwhm_nm"] = frame.fwhm_nm;
   }
+  if (!frame.polarizer.empty()) result["polarizer"] = frame.polarizer;
   return result;
 }
 

@@ -27,9 +27,10 @@ struct FrameRecord {
   double fwhm_nm = 0.0;
   double exposure_ms = 0.0;
   int iso = 0;
-  std::string file;      // relative to the session folder: frames/NNNN_role_wavelength.dng
-  std::string sha256;    // 64 hexadecimal digits, lower case
-  std::string time_utc;  // ISO 8601
+  std::string file;       // relative to the session folder: frames/NNNN_role_wavelength.dng
+  std::string sha256;     // 64 hexadecimal digits, lower case
+  std::string time_utc;   // ISO 8601
+  std::string polarizer{};  // of the camera: "s", "p", or empty where a session has one position only
 };
 
 struct Session {

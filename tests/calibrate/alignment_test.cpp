@@ -109,7 +109,42 @@ TEST(AlignBands, NamesABandThatIsClearlyOff) {
   EXPECT_FALSE(bands[0].clearly_off);
 }
 
-// Estimated standard deviation of the shift against its scatter over noise.
+// Skin that is sheared and bulges by a pixel between two bands: place by place to 0.1 pixels, the mean of the
+// bands being left alone.
+TEST(AlignBands, FollowsSkinThatStretches) {
+  Stack stack = ShiftedBands({{0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}, {0, 0}}, 0.006);
+  Warp put_in;
+  put_in.p[1] = 0.6;                 // x grows to the right
+  put_in.p[Warp::kModes + 3] = 1.0;  // a bulge in y
+  std::mt19937 random(11);
+  std::normal_distribution<float> normal;
+  for (int y = 0; y < 256; ++y) {
+    for (int x = 0; x < 256; ++x) {
+      const Point d = put_in.At({(x + 0.5) / 256, (y + 0.5) / 256});
+      // What lies at x of the aligned patch lies at x + d of the band; d varies slowly, so at x - d the other
+      // way.
+      const double r = 0.7 * Skin(x - d.x, y - d.y, 0.5);
+      stack.reflectance[2](x, y) = static_cast<float>(r) * (1.0f + 0.006f * normal(random));
+    }
+  }
+  const auto bands = AlignBands(stack.reflectance, stack.noise, {});
+  double worst = 0.0;
+  for (int i = 1; i < 8; ++i) {
+    for (int j = 1; j < 8; ++j) {
+      const Point unit{i / 8.0, j / 8.0};
+      const Point truth = put_in.At(unit);
+      const Point found = bands[2].warp.At(unit);
+      const Point other = bands[0].warp.At(unit);
+      worst = std::max(worst, std::hypot(found.x - other.x - truth.x, found.y - other.y - truth.y));
+    }
+  }
+  EXPECT_TRUE(bands[2].applied) << bands[2].note;
+  EXPECT_LT(worst, 0.15);
+}
+
+// Estimated standard deviation of the shift against its scatter over noise. The estimate is cautious: it counts the
+// noise as smoothed as the photosites of a camera leave it, which the white noise of this test is not, and the
+// priors that hold a shift back as if they knew nothing.
 TEST(AlignBands, KnowsItsUncertainty) {
   double sum = 0.0, expected = 0.0;
   constexpr int kTrials = 4;
@@ -129,7 +164,7 @@ TEST(AlignBands, KnowsItsUncertainty) {
     }
   }
   const double ratio = std::sqrt(sum / expected);
-  EXPECT_GT(ratio, 0.3);
+  EXPECT_GT(ratio, 0.2);
   EXPECT_LT(ratio, 1.5);
 }
 

@@ -152,5 +152,66 @@ TEST(Calibrate, RepeatsAreAveraged) {
   EXPECT_NEAR(noise(2) / noise(1), std::sqrt(2.0 / 3.0), 0.04);
 }
 
+// Repeats of a subject that moves see other photosites of the one Spectralon frame; and patches from 2 % to
+// 95 % have noise of every kind. The truth is flat, so the mean square of (measured - truth) / sigma, sigma^2
+// within 10 % (sigma within 5 %), judges both.
+TEST(Calibrate, SigmaIsTheScatterAtEverySignalAndForRepeats) {
+  // Those darker than tape lie inside: beside tape they would have no edge.
+  const std::vector<double> values{0.50, 0.35, 0.80, 0.18, 0.95, 0.02, 0.10, 0.50,
+                                   0.18, 0.06, 0.30, 0.80, 0.35, 0.95, 0.50, 0.18};
+  for (const int repeats : {1, 3}) {
+    SimulatedSession simulated(
+        "gray_50.toml",
+        [&](Scene& scene) {
+          scene.pattern->kind = TestPattern::Kind::kSteps;
+          scene.pattern->values = values;
+        },
+        [&](PlanConfig& plan) {
+          plan.exposures = {plan.exposures[1], plan.exposures[3], plan.exposures[6]};
+          plan.skin_frames = repeats;
+        });
+    const auto result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+    double all = 0.0;
+    for (std::size_t field = 0; field < values.size(); ++field) {
+      double chi2 = 0.0;
+      int count = 0;
+      for (std::size_t b = 0; b < result.stack.bands.size(); ++b) {
+        const PlaneF& plane = result.stack.reflectance[b];
+        double mean = 0.0;
+        std::vector<double> differences;
+        for (int y = static_cast<int>(field / 4) * 64 + 8; y < static_cast<int>(field / 4) * 64 + 56; ++y) {
+          for (int x = static_cast<int>(field % 4) * 64 + 8; x < static_cast<int>(field % 4) * 64 + 56; ++x) {
+            if (std::isnan(plane(x, y))) continue;
+            const double difference = (plane(x, y) - values[field]) / result.stack.sigma[b](x, y);
+            mean += difference;
+            differences.push_back(difference);
+          }
+        }
+        mean /= static_cast<double>(differences.size());  // the flash's drift moves a whole field
+        for (const double d : differences) chi2 += (d - mean) * (d - mean);
+        count += static_cast<int>(differences.size());
+      }
+      all += chi2 / count / static_cast<double>(values.size());
+      std::cout << repeats << " frames, " << values[field] << ": chi2 " << chi2 / count << "\n";
+      // Of 2304 pixels in 3 bands, about 400 are independent: 1 +- 0.07 by chance.
+      EXPECT_NEAR(chi2 / count, 1.0, 0.2) << repeats << " frames, reflectance " << values[field];
+    }
+    EXPECT_NEAR(all, 1.0, 0.1) << repeats << " frames, all reflectances";
+  }
+}
+
+// Sensors without filters and with X-Trans see the same ramp: as right as Bayer's, and with honest noise.
+TEST(Calibrate, TakesMonochromeAndXTransSensors) {
+  for (const auto filters : {BenchConfig::Filters::kNone, BenchConfig::Filters::kXTrans}) {
+    SimulatedSession simulated(
+        "gradient.toml", [&](Scene& scene) { scene.bench.filters = filters; },
+        [](PlanConfig& plan) { plan.exposures = {plan.exposures[3]}; });
+    const auto result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+    const Errors errors = Compare(result.stack, 0, simulated.bench().patch().nodes[0][0]);
+    EXPECT_NEAR(errors.mean, 0.0, 0.001) << static_cast<int>(filters);
+    EXPECT_NEAR(errors.chi2, 1.0, 0.2) << static_cast<int>(filters);
+  }
+}
+
 }  // namespace
 }  // namespace dermap

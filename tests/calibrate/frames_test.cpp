@@ -66,7 +66,7 @@ TEST(BlackFrames, AreChosenByIsoThenExposure) {
   Frames f;
   f.Add(Record(1, FrameRole::kBlack, 10, 100), Pattern(100));
   f.Add(Record(2, FrameRole::kBlack, 40, 200), Pattern(200));
-  f.Add(Record(3, FrameRole::kBlack, 10, 400), Pattern(400));
+  f.Add(Record(3, FrameRole::kBlack, 10, 400), Pattern(220));
   const BlackFrames blacks(f.session, f.Reader());
   EXPECT_EQ(blacks.Find(10, 100).note, "");
   EXPECT_EQ(blacks.Find(10, 200).level->iso, 200);
@@ -91,7 +91,7 @@ TEST(Masks, FindHotAndDeadPhotosites) {
   f.Add(Record(2, FrameRole::kSpectralon, 10, 100), white);
   const BlackFrames blacks(f.session, f.Reader());
   SignalFrame signal = ReadSignal(f.session.frames[1], f.Reader(), blacks);
-  MarkDead(signal.signal, signal.mask);
+  MarkDead(signal.signal, 2, signal.mask);
   for (int y = 0; y < 48; ++y) {
     for (int x = 0; x < 64; ++x) {
       const bool hot = x == 20 && y == 10;

@@ -42,12 +42,13 @@ SignalFrame CardFrame(double flash, int iso, const Truth& truth, const BlackRefe
 // Gain and read noise put in (rounding adds 1/12 to the read variance); 24000 differences: 2 % of the
 // variance.
 TEST(NoiseModel, RecoversGainAndReadNoise) {
-  const BlackReference black{10.0, 100, 1000, PlaneF(160, 200, 126.0f), 0.0};
+  BlackReference black;
+  black.frames = 1000;
   std::vector<PhotonTransferPoint> points;
   for (unsigned k = 0; k < 4; ++k) {
     const auto a = CardFrame(1.0 + 0.05 * k, 100, {0.08, 1.2}, black, 10 + k);
     const auto b = CardFrame(1.0, 100, {0.08, 1.2}, black, 20 + k);
-    const auto own = PhotonTransfer(a, b, kCard);
+    const auto own = PhotonTransfer(a, b, 1, kCard);
     EXPECT_EQ(own.size(), 4u);
     points.insert(points.end(), own.begin(), own.end());
   }
@@ -59,9 +60,10 @@ TEST(NoiseModel, RecoversGainAndReadNoise) {
 
 // A point of black frames pins the read noise far better: 2 / sqrt(samples).
 TEST(NoiseModel, TakesTheReadNoiseFromRepeatedBlackFrames) {
-  const BlackReference black{10.0, 100, 1000, PlaneF(160, 200, 126.0f), 0.0};
+  BlackReference black;
+  black.frames = 1000;
   auto points = PhotonTransfer(CardFrame(1.0, 100, {0.08, 1.2}, black, 1),
-                               CardFrame(1.0, 100, {0.08, 1.2}, black, 2), kCard);
+                               CardFrame(1.0, 100, {0.08, 1.2}, black, 2), 1, kCard);
   points.push_back({100, 0.0, 1.0, 1.50, 100000});
   const auto models = FitNoise(points);
   EXPECT_NEAR(models.at(100).read_variance, 1.50, 0.02);

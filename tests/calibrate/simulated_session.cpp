@@ -26,7 +26,15 @@ Shot SimulatedSession::ShotOf(const FrameRecord& record) const {
 }
 
 FrameReader SimulatedSession::Reader() const {
-  return [this](const FrameRecord& record) { return FrameOf(bench_->Expose(ShotOf(record))); };
+  return [this](const FrameRecord& record) {
+    BayerFrame frame = FrameOf(bench_->Expose(ShotOf(record)));
+    if (bench_->scene().bench.filters == BenchConfig::Filters::kNone) frame.colours.fill('W');
+    if (bench_->scene().bench.filters == BenchConfig::Filters::kXTrans) {
+      frame.colours.fill('X');
+      frame.period = 6;
+    }
+    return frame;
+  };
 }
 
 std::vector<FrameRecord> SimulatedSession::Frames(FrameRole role, double wavelength_nm) const {

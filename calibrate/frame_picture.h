@@ -1,0 +1,31 @@
+// SPDX-License-Identifier: Apache-2.0
+// Captured frames as pictures for people, with what was found in them drawn on top.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "calibrate/frames.h"
+#include "calibrate/gray_card.h"
+#include "calibrate/homography.h"
+#include "common/files/picture.h"
+
+namespace dermap {
+
+struct FramePicture {
+  PlaneF picture;      // 0 ... 1, the brightest thousandth clipped
+  double scale = 1.0;  // picture pixels a photosite
+};
+
+// Cells of four photosites, reduced to at most `width` pixels.
+FramePicture PictureOf(const PlaneF& signal, int width = 480);
+
+// A closed line through points in photosites.
+void DrawOutline(Plane<Rgb8>& canvas, double scale, std::span<const Point> points, Rgb8 colour);
+void DrawLine(Plane<Rgb8>& canvas, double scale, Point from, Point to, Rgb8 colour);
+
+// The frame with the gray card's region outlined, and other outlines where something else was found.
+Plane<Rgb8> FailurePicture(const PlaneF& signal, const PixelRegion& card,
+                           std::span<const std::vector<Point>> outlines = {});
+
+}  // namespace dermap

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// Light that the lens spreads evenly over the frame, told by the black tape around the window, whose
+// reflectance the rig states.
+#pragma once
+
+#include <array>
+
+#include "calibrate/gray_card.h"
+#include "calibrate/mosaic.h"
+#include "calibrate/window.h"
+#include "common/files/rig_optics.h"
+
+namespace dermap {
+
+struct FrameMeans {  // mean signal of each lattice over the whole frame, DN
+  std::array<double, kLatticeCount> skin{};
+  std::array<double, kLatticeCount> spectralon{};
+};
+
+struct StrayLight {
+  Known share;              // of a frame's mean signal that lies on every photosite
+  double tape = 0.0;        // reflectance that the tape seems to have without the correction
+  double card_ratio = 0.0;  // skin over Spectralon, stray light taken off
+};
+
+// Every photosite shows its own light and `share` of its colour's mean over the frame. The tape then seems
+// brighter than it is:
+//   scale (skin - share mean_skin) = tape (spectralon - share mean_spectralon),
+// scale = certificate / card ratio, itself freed of stray light. A frame that is dark but for a small window
+// tells little: the share is then drawn towards none, and its sigma says how much is left open. Where no tape
+// is seen, share is 0.
+StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const FrameMeans& means,
+                              const GrayCardRatio& card, double certificate, const Known& tape_reflectance);
+
+// Takes it off both frames.
+void RemoveStrayLight(double share, const FrameMeans& means, Mosaic& mosaic);
+
+}  // namespace dermap

@@ -1,0 +1,127 @@
+// SPDX-License-Identifier: Apache-2.0
+// A session as an 8-megapixel camera makes it: 10 bands, a Spectralon and a skin frame for each, 11 black
+// frames. Tells the time of each stage and the peak of the memory. The frames are simulated once, in a
+// process of their own, so that their memory is not counted.
+#include <benchmark/benchmark.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstdio>
+#include <filesystem>
+
+#include "acquire/simulated/dng_writer.h"
+#include "acquire/simulated/optical_bench.h"
+#include "calibrate/calibrate.h"
+#include "common/core/parallel.h"
+#include "common/files/atomic_file.h"
+#include "common/files/session.h"
+
+namespace dermap {
+namespace {
+
+constexpr int kWidth = 3504, kHeight = 2336;  // of an EOS 20D [D08 6.1]
+constexpr int kBands = 10;
+constexpr int kBlacks = 11;
+constexpr int kIso = 125;
+
+std::filesystem::path Folder() {
+  return std::filesystem::temp_directory_path() / "dermap_calibrate_bench";
+}
+
+// Nine filters of the same colour as 540 nm and that one: what a band's colour is does not matter to the
+// time.
+Session MakeSession() {
+  Session session;
+  session.directory = Folder();
+  session.rig = ReadRig(ConfigDirectory() / "rigs/simulated_8band.toml");
+  session.rig.optics.camera_csv.clear();  // else the filters' order would be found to be wrong
+  session.rig.slots.clear();
+  for (int b = 0; b < kBands; ++b) {
+    session.rig.slots.push_back({b + 1, 500.0 + 10.0 * b, 10.0, false});
+    session.plan.exposures.push_back({b + 1, 10.0, kIso});
+  }
+  session.rig.slots.push_back({kBands + 1, 0.0, 0.0, true});
+  session.complete = true;
+  const auto add = [&](FrameRole role, const WheelSlot& slot) {
+    FrameRecord frame;
+    frame.number = static_cast<int>(session.frames.size()) + 1;
+    frame.role = role;
+    frame.slot = slot.slot;
+    frame.wavelength_nm = slot.wavelength_nm;
+    frame.fwhm_nm = slot.fwhm_nm;
+    frame.exposure_ms = 10.0;
+    frame.iso = kIso;
+    frame.file = FrameFileName(frame, ".dng");
+    session.frames.push_back(frame);
+  };
+  for (int i = 0; i < kBlacks; ++i) add(FrameRole::kBlack, session.rig.slots.back());
+  for (int b = 0; b < kBands; ++b) add(FrameRole::kSpectralon, session.rig.slots[b]);
+  for (int b = 0; b < kBands; ++b) add(FrameRole::kSkin, session.rig.slots[b]);
+  return session;
+}
+
+// One frame of each kind, copied to every place: noise and pose repeat, which the time does not notice.
+void WriteSimulatedSession(Session session) {
+  Scene scene = ReadScene(ConfigDirectory() / "scenes/checker.toml", session.rig.window_mm);
+  BenchConfig& bench = scene.bench;
+  bench.width_px = kWidth;
+  bench.height_px = kHeight;
+  bench.window_center_px = {1400.0, 1165.0};
+  bench.scale_px_per_mm = 150.0;
+  bench.camera_distance_mm = 400.0;
+  bench.psf_sigma_px = 0.8;
+  const OpticalBench optical(session.rig, scene);
+  std::array<std::vector<std::byte>, 3> encoded;
+  for (FrameRecord& frame : session.frames) {
+    auto& bytes = encoded[static_cast<std::size_t>(frame.role)];
+    if (bytes.empty()) {
+      const Shot shot{frame.role, frame.slot, frame.exposure_ms, frame.iso, frame.number};
+      DngMetadata metadata;
+      metadata.iso = frame.iso;
+      bytes = EncodeDng(optical.Expose(shot), metadata);
+    }
+    WriteFileAtomically(session.directory / frame.file, bytes);
+    frame.sha256 = Sha256OfFile(session.directory / frame.file);
+  }
+  WriteSession(session);
+}
+
+const Session& BenchSession() {
+  static const Session session = [] {
+    if (!std::filesystem::exists(Folder() / "session.json")) {
+      std::fprintf(stderr, "simulating %d frames of %dx%d, once ...\n", kBlacks + 2 * kBands, kWidth,
+                   kHeight);
+      const pid_t child = fork();
+      if (child == 0) {
+        WriteSimulatedSession(MakeSession());
+        _exit(0);
+      }
+      int status = 0;
+      waitpid(child, &status, 0);
+    }
+    return ReadSession(Folder());
+  }();
+  return session;
+}
+
+void CalibrateEightMegapixels(benchmark::State& state) {
+  const Session& session = BenchSession();
+  const ThreadLimit threads(static_cast<int>(state.range(0)));
+  std::vector<StageSeconds> stages;
+  for (auto _ : state) {
+    const CalibrationResult result = CalibrateSession(session, {});
+    benchmark::DoNotOptimize(result.stack.reflectance[0].data());
+    stages = result.seconds;
+  }
+  for (const StageSeconds& stage : stages) state.counters[stage.stage + "_s"] = stage.seconds;
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  state.counters["peak_MB"] = static_cast<double>(usage.ru_maxrss) / 1024.0;
+}
+BENCHMARK(CalibrateEightMegapixels)->Arg(2)->Unit(benchmark::kSecond)->UseRealTime()->Iterations(1);
+
+}  // namespace
+}  // namespace dermap
+
+BENCHMARK_MAIN();
