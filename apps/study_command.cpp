@@ -89,12 +89,14 @@ constexpr std::array kStudies{
     Study{"optics", "how wrong the optics are over mu_a, against two judges", RunOpticsStudyCommand},
     Study{"sharpness", "how far the forward model is from Monte Carlo beside an edge",
           RunSharpnessStudyCommand},
+    Study{"calibration", "how right the calibration is, on random rigs of the optical bench",
+          RunCalibrationStudyCommand},
 };
 
 void PrintStudies(std::FILE* out) {
   std::fprintf(out, "Usage: dermap study NAME -o DIR [OPTIONS]\n\nStudies:\n");
   for (const Study& study : kStudies)
-    std::fprintf(out, "  %-10s %s\n", study.name.data(), study.summary.data());
+    std::fprintf(out, "  %-12s %s\n", study.name.data(), study.summary.data());
   std::fprintf(out, "\ndermap study NAME --help tells the options of one.\n");
 }
 
