@@ -10,7 +10,8 @@ class FilterWheel {
  public:
   virtual ~FilterWheel() = default;
   virtual std::string Name() const = 0;
-  virtual int SlotCount() const = 0;
+  virtual void Connect() {}           // finds it and brings it to a known slot; throws DeviceError
+  virtual int SlotCount() const = 0;  // once connected
   virtual void MoveTo(int slot) = 0;  // returns once settled; throws DeviceError
 };
 
