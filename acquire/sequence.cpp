@@ -71,7 +71,8 @@ void CheckSpace(const SessionFolder& folder, const Camera& camera) {
 
 RawFrame Expose(SessionFolder& folder, Camera& camera, const FrameRecord& planned, FrameCheck& check) {
   for (int attempt = 1; attempt <= kAttempts; ++attempt) {
-    RawFrame raw = camera.Capture({planned.exposure_ms, planned.iso, planned.number});
+    camera.Expose({planned.exposure_ms, planned.iso, planned.number});
+    RawFrame raw = camera.Fetch();
     check = CheckFrame(raw);
     if (check.decodes) return raw;
     spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), check.problem, attempt, kAttempts);

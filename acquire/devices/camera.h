@@ -25,8 +25,12 @@ class Camera {
  public:
   virtual ~Camera() = default;
   virtual std::string Name() const = 0;
-  virtual std::uintmax_t FrameBytes() const = 0;                  // about, for the free-space check
-  virtual RawFrame Capture(const CaptureSettings& settings) = 0;  // returns once fetched; throws DeviceError
+  virtual void Connect() {}                       // finds it and makes it ready; throws DeviceError
+  virtual std::uintmax_t FrameBytes() const = 0;  // about, for the free-space check
+  // Returns once the shutter has closed: whatever is in front of it may move. Throws DeviceError.
+  virtual void Expose(const CaptureSettings& settings) = 0;
+  // The frame of the last exposure. Throws DeviceError, and then that frame has to be exposed again.
+  virtual RawFrame Fetch() = 0;
 };
 
 }  // namespace dermap

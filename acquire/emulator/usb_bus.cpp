@@ -17,6 +17,7 @@
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
+#include <set>
 #include <thread>
 
 #include "acquire/emulator/usb_line.h"
@@ -101,6 +102,17 @@ struct Port {
   GPointer<UMockdevIoctlBase> handler;
 };
 
+// libumockdev's thread outlives a testbed a little: what it calls looks here first whether there is still a
+// bus.
+std::mutex& LivingMutex() {
+  static std::mutex mutex;
+  return mutex;
+}
+std::set<const void*>& LivingBuses() {
+  static std::set<const void*> buses;
+  return buses;
+}
+
 TransferMemory* MemoryOf(const Transfer& t) {
   return static_cast<TransferMemory*>(t.handle);
 }
@@ -116,9 +128,16 @@ struct UsbBus::Impl {
   std::list<std::unique_ptr<Port>> ports;  // those unplugged as well: their clients still ask
   std::thread pump;
 
-  Impl() : pump([this] { PumpUntilStopped(); }) {}
+  Impl() : pump([this] { PumpUntilStopped(); }) {
+    const std::lock_guard living(LivingMutex());
+    LivingBuses().insert(this);
+  }
 
   ~Impl() {
+    {
+      const std::lock_guard living(LivingMutex());
+      LivingBuses().erase(this);
+    }
     {
       const std::lock_guard lock(mutex);
       stopping = true;
@@ -129,6 +148,7 @@ struct UsbBus::Impl {
       g_signal_handlers_disconnect_by_data(port->handler.get(), this);
       umockdev_testbed_detach_ioctl(testbed.get(), port->node.c_str(), nullptr);
     }
+    testbed.reset();
   }
 
   void PumpUntilStopped() {
@@ -250,27 +270,37 @@ struct UsbBus::Impl {
   }
 
   static gboolean OnIoctl(UMockdevIoctlBase* handler, UMockdevIoctlClient* client, gpointer self_pointer) {
-    auto& self = *static_cast<Impl*>(self_pointer);
     int error = ENODEV;
     {
-      const std::lock_guard lock(self.mutex);
-      if (Port* port = self.PortOf(handler)) {
-        error = self.Handle(*port, client, umockdev_ioctl_client_get_request(client),
-                            umockdev_ioctl_client_get_arg(client));
+      const std::lock_guard living(LivingMutex());
+      if (LivingBuses().count(self_pointer) != 0) {
+        auto& self = *static_cast<Impl*>(self_pointer);
+        const std::lock_guard lock(self.mutex);
+        if (Port* port = self.PortOf(handler)) {
+          error = self.Handle(*port, client, umockdev_ioctl_client_get_request(client),
+                              umockdev_ioctl_client_get_arg(client));
+        }
+        self.wake.notify_all();
       }
     }
-    self.wake.notify_all();
     umockdev_ioctl_client_complete(client, error == 0 ? 0 : -1, error);
     return TRUE;
   }
 
-  static void OnVanished(UMockdevIoctlBase* handler, UMockdevIoctlClient* client, gpointer self_pointer) {
+  static void OnConnected(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self_pointer) {
+    g_object_weak_ref(G_OBJECT(client), OnVanished, self_pointer);
+  }
+
+  // libumockdev tells of no client that has died; that its object goes is the sign.
+  static void OnVanished(gpointer self_pointer, GObject* client) {
+    const std::lock_guard living(LivingMutex());
+    if (LivingBuses().count(self_pointer) == 0) return;
     auto& self = *static_cast<Impl*>(self_pointer);
     const std::lock_guard lock(self.mutex);
-    Port* port = self.PortOf(handler);
-    if (port == nullptr) return;
-    for (const Transfer& t : port->line.Forget(client)) delete MemoryOf(t);
-    port->fifo.Set(port->line.HasDone());
+    for (const auto& port : self.ports) {
+      for (const Transfer& t : port->line.Forget(client)) delete MemoryOf(t);
+      port->fifo.Set(port->line.HasDone());
+    }
   }
 
   void AddToSysfs(Port& port, const UsbIdentity& id, int address) {
@@ -323,7 +353,7 @@ void UsbBus::Plug(UsbDevice& device) {
     port = std::make_unique<Port>(device, node_path, node);
   }
   g_signal_connect(port->handler.get(), "handle-ioctl", G_CALLBACK(Impl::OnIoctl), impl_.get());
-  g_signal_connect(port->handler.get(), "client-vanished", G_CALLBACK(Impl::OnVanished), impl_.get());
+  g_signal_connect(port->handler.get(), "client-connected", G_CALLBACK(Impl::OnConnected), impl_.get());
   umockdev_testbed_attach_ioctl(impl_->testbed.get(), node, port->handler.get(), nullptr);
   Port& plugged = *port;
   {
