@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -27,6 +28,12 @@ class Camera {
   virtual std::string Name() const = 0;
   virtual void Connect() {}                       // finds it and makes it ready; throws DeviceError
   virtual std::uintmax_t FrameBytes() const = 0;  // about, for the free-space check
+  // Begins anew with it, where what it does is not what it says; throws DeviceError.
+  virtual void Reconnect() {}
+  // Whether it can be set so; throws DeviceError where not.
+  virtual void Check(const CaptureSettings&) {}
+  // How many more frames its card takes, where it tells.
+  virtual std::optional<int> RoomForFrames() { return std::nullopt; }
   // Returns once the shutter has closed: whatever is in front of it may move. Throws DeviceError.
   virtual void Expose(const CaptureSettings& settings) = 0;
   // The frame of the last exposure. Throws DeviceError, and then that frame has to be exposed again.

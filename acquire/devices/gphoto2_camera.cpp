@@ -24,7 +24,6 @@ using nlohmann::json;
 using std::chrono::milliseconds;
 
 constexpr milliseconds kLongestPause{3000};
-constexpr milliseconds kMargin{150};  // from the trigger's answer to the closed shutter, beside the exposure
 constexpr int kBusyBeforeReopening = 3;
 
 enum GphotoResult {
@@ -118,12 +117,7 @@ Gphoto2Camera::Gphoto2Camera(CameraChoice choice, const CameraPatience& patience
     : choice_(std::move(choice)), patience_(patience), helper_(std::make_unique<Helper>()) {}
 
 Gphoto2Camera::~Gphoto2Camera() {
-  if (!open_ || !helper_->process.running()) return;
-  try {  // leave the camera usable by hand
-    helper_->process.Ask({{"do", "close"}}, patience_.answer);
-  } catch (const DeviceError&) {
-    spdlog::warn("{} was not closed in order", name_);
-  }
+  CloseConnection();  // leaves the camera usable by hand
 }
 
 int Gphoto2Camera::helper_pid() const {
@@ -143,19 +137,28 @@ void Gphoto2Camera::Open() {
   open_ = true;
 }
 
+void Gphoto2Camera::CloseConnection() {
+  open_ = false;
+  try {
+    if (helper_->process.running()) helper_->process.Ask({{"do", "close"}}, patience_.answer);
+  } catch (const DeviceFault&) {
+    // It hangs in closing too: Ask has killed it.
+  }
+}
+
+void Gphoto2Camera::Reconnect() {
+  CloseConnection();
+  Connect();
+}
+
 void Gphoto2Camera::Recover(const DeviceFault& fault, int attempt) {
   spdlog::warn("{}; attempt {} of {}", fault.what(), attempt, patience_.attempts);
   if (on_retry) on_retry(fault);
   const bool just_busy = fault.kind() == FaultKind::kBusy && attempt <= kBusyBeforeReopening;
   if (!just_busy && open_) {
-    open_ = false;
-    try {
-      if (helper_->process.running()) helper_->process.Ask({{"do", "close"}}, patience_.answer);
-    } catch (const DeviceFault&) {
-      // It hangs in closing too: Ask has killed it.
-    }
-    // A second connection that fails as the first does may be libgphoto2's own state: a new process has none.
+    CloseConnection();
   } else if (!just_busy) {
+    // A second connection that fails as the first does may be libgphoto2's own state: a new process has none.
     helper_->process.Kill();
   }
   const int doublings = std::min(attempt - 1, 8);
@@ -187,9 +190,24 @@ void Gphoto2Camera::Connect() {
   Insist("connect", [] {});
 }
 
+void Gphoto2Camera::Check(const CaptureSettings& s) {
+  Insist("be set", [&] {
+    helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
+  });
+}
+
+std::optional<int> Gphoto2Camera::RoomForFrames() {
+  std::optional<int> room;
+  Insist("tell its room", [&] {
+    const int left = helper_->Ask({{"do", "room"}}, patience_.call, name_).line.value("room", -1);
+    room = left >= 0 ? std::optional(left) : std::nullopt;
+  });
+  return room;
+}
+
 void Gphoto2Camera::ExposeOnce(const CaptureSettings& s) {
   helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
-  const auto open = kMargin + milliseconds(std::lround(s.exposure_ms));
+  const auto open = patience_.shutter + milliseconds(std::lround(s.exposure_ms));
   const auto quiet = file_owed_ ? patience_.quiet : milliseconds(0);
   // From here on a file may come; until it has, one is owed.
   helper_->Ask({{"do", "expose"}, {"open_ms", open.count()}, {"quiet_ms", quiet.count()}},

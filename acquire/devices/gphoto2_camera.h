@@ -18,11 +18,13 @@ namespace dermap {
 
 // How long to wait, and how often to try, before a fault counts; tests shorten them.
 struct CameraPatience {
-  std::chrono::milliseconds plug_in{30000};    // how long it may be off the bus
-  std::chrono::milliseconds answer{5000};      // to one request of the protocol
-  std::chrono::milliseconds call{30000};       // beyond it the helper process counts as hanging
-  std::chrono::milliseconds file{20000};       // from the closed shutter to the file on the card
-  std::chrono::milliseconds quiet{2000};       // to let a late file arrive before the next shot
+  std::chrono::milliseconds plug_in{30000};  // how long it may be off the bus
+  std::chrono::milliseconds answer{5000};    // to one request of the protocol
+  std::chrono::milliseconds call{30000};     // beyond it the helper process counts as hanging
+  std::chrono::milliseconds file{20000};     // from the closed shutter to the file on the card
+  std::chrono::milliseconds quiet{2000};     // to let a late file arrive before the next shot
+  std::chrono::milliseconds shutter{
+      150};  // from the trigger's answer to the closed shutter, beside the exposure
   std::chrono::milliseconds first_pause{200};  // doubles with every retry
   int attempts = 6;
 };
@@ -40,6 +42,9 @@ class Gphoto2Camera : public Camera {
   std::string Name() const override { return name_; }
   void Connect() override;
   std::uintmax_t FrameBytes() const override { return frame_bytes_; }
+  void Reconnect() override;
+  void Check(const CaptureSettings& settings) override;
+  std::optional<int> RoomForFrames() override;
   void Expose(const CaptureSettings& settings) override;
   RawFrame Fetch() override;
 
@@ -50,6 +55,7 @@ class Gphoto2Camera : public Camera {
  private:
   struct Helper;
   void Open();
+  void CloseConnection();
   void ExposeOnce(const CaptureSettings& settings);
   RawFrame FetchOnce();
   // Runs `step` until it succeeds, with a new connection where that helps.

@@ -89,6 +89,11 @@ class Session {
     return json::object();
   }
 
+  json TellRoom() {
+    RequireOpen();
+    return {{"room", Room()}};
+  }
+
   json Expose(const json& request) {
     RequireOpen();
     Drain(milliseconds(request.value("quiet_ms", 0)));
@@ -261,12 +266,16 @@ class Session {
     if (ValueOf(widget.get()) != "RAW") SetTo("imageformat", "RAW");
   }
 
-  // Not every camera tells how many frames the card takes; one that does and says none is full.
-  void RequireRoom() {
+  // How many frames the card takes; -1 where the camera does not tell.
+  int Room() {
     CameraWidget* widget = nullptr;
-    if (gp_camera_get_single_config(camera_, "availableshots", &widget, context_) < GP_OK) return;
+    if (gp_camera_get_single_config(camera_, "availableshots", &widget, context_) < GP_OK) return -1;
     const std::unique_ptr<CameraWidget, int (*)(CameraWidget*)> owner(widget, gp_widget_free);
-    if (ValueOf(widget) == "0") throw Failure{GP_ERROR_NO_SPACE, "the card is full"};
+    const std::string value = ValueOf(widget);
+    return value.empty() ? -1 : std::atoi(value.c_str());
+  }
+  void RequireRoom() {
+    if (Room() == 0) throw Failure{GP_ERROR_NO_SPACE, "the card is full"};
   }
 
   // What was stored before is not ours: nothing that comes of it may be taken for the next frame.
@@ -318,6 +327,7 @@ json Obey(Session& session, const json& request, std::string& bytes) {
   if (what == "set") return session.Set(request);
   if (what == "expose") return session.Expose(request);
   if (what == "fetch") return session.Fetch(request, bytes);
+  if (what == "room") return session.TellRoom();
   if (what == "list") return session.List();
   if (what == "close") {
     session.Close();

@@ -13,6 +13,7 @@ namespace dermap {
 namespace {
 
 constexpr int kAttempts = 3;
+constexpr int kAttemptsWhenStuck = 2;  // each takes as long as a whole turn
 
 }  // namespace
 
@@ -64,7 +65,7 @@ void UsbWheel::MoveTo(int slot) {
       // again.
       const bool waited = fault.kind() == FaultKind::kGone && !link_.is_open();
       link_.Close();
-      if (stuck && attempt == kAttempts) throw *stuck;
+      if (stuck && attempt >= kAttemptsWhenStuck) throw *stuck;
       if (hopeless || waited || attempt == kAttempts) throw;
       spdlog::warn("{}; attempt {} of {}", fault.what(), attempt, kAttempts);
     }

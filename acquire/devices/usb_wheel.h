@@ -37,6 +37,7 @@ class UsbWheel : public FilterWheel {
   UsbWheel(std::unique_ptr<WheelProtocol> protocol, const WheelTiming& timing);
   std::string Name() const override { return protocol_->Name(); }
   void Connect() override;
+  void Home() override { Connect(); }
   int SlotCount() const override;
   void MoveTo(int slot) override;
 

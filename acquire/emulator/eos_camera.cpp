@@ -92,6 +92,14 @@ void EosCamera::EndSession() {
   events_.clear();
 }
 
+void EosCamera::ChangeCard() {
+  faults.full_for_good = false;
+  faults.full_until = {};
+  std::erase_if(objects_, [](const auto& object) { return object.second.on_card; });
+  values_[kAvailableShots] = kRoomForShots;
+  TellValue(kAvailableShots);
+}
+
 PtpReply EosCamera::Handle(const PtpRequest& request) {
   PtpReply reply;
   if (Clock::now() < faults.silent_until) {

@@ -32,6 +32,7 @@ class EosCamera {
   PtpReply Handle(const PtpRequest& request);
   // The cable came out, or the host reset it: the session is over, the card stays as it is.
   void EndSession();
+  void ChangeCard();  // for an empty one
   bool session_open() const { return session_open_; }
   int shots() const { return shots_; }
 

@@ -14,7 +14,18 @@ int WheelMotion::Around(int slot) const {
   return (slot - 1 + slot_count_) % slot_count_ + 1;
 }
 
+void WheelMotion::Home() {
+  slip = 0;
+  Turn(1);
+}
+
 void WheelMotion::MoveTo(int slot) {
+  ++moves_;
+  if (on_move) on_move(moves_);
+  Turn(slot);
+}
+
+void WheelMotion::Turn(int slot) {
   const int distance = std::abs(slot - target_);
   const int way = std::min(distance, slot_count_ - distance);
   from_ = target_;

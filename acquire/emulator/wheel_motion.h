@@ -3,6 +3,7 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 
 #include "acquire/emulator/usb_device.h"
 
@@ -15,17 +16,20 @@ class WheelMotion {
 
   int slot_count() const { return slot_count_; }
   void MoveTo(int slot);
-  void Home() { MoveTo(1); }
+  void Home();  // finds its slots anew: slips no more
   // What the wheel says: the slot, or 0 while it turns.
   int Reported() const;
   // Which slot the light passes; 0 while the wheel turns.
   int InTheLight() const;
 
-  bool stuck = false;  // turns no more: says that it moves, for ever
-  int slip = 0;        // stands this many slots beyond what it says
+  std::function<void(int move)> on_move;  // before each move, counted from 1
+  bool stuck = false;                     // turns no more: says that it moves, for ever
+  int slip = 0;                           // stands this many slots beyond what it says
 
  private:
   int Around(int slot) const;
+  void Turn(int slot);
+  int moves_ = 0;
   int slot_count_;
   double seconds_per_slot_;
   int from_ = 1, target_ = 1;
