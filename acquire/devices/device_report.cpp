@@ -77,7 +77,7 @@ std::vector<NodeHolder> FindNodeHolders() {
     for (const auto& file : fs::directory_iterator(process.path() / "fd", hidden)) {
       const std::string target = fs::read_symlink(file.path(), hidden).string();
       const auto at = target.find(nodes);
-      if (at == std::string::npos) continue;
+      if (at == std::string::npos || target.find("/.", at) != std::string::npos) continue;
       std::string program;
       std::ifstream(process.path() / "comm") >> program;
       holders.push_back({target.substr(at), program, pid});

