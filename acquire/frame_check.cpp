@@ -5,6 +5,7 @@
 #include <libraw/libraw.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstdint>
 #include <memory>
 #include <vector>
@@ -14,22 +15,71 @@ namespace {
 
 constexpr int kSaturationMargin_dn = 2;
 
-std::vector<std::uint16_t> ActiveArea(const LibRaw& raw) {
-  const auto& s = raw.imgdata.sizes;
-  std::vector<std::uint16_t> values;
-  values.reserve(static_cast<std::size_t>(s.width) * s.height);
-  for (int y = 0; y < s.height; ++y) {
-    const auto* row = raw.imgdata.rawdata.raw_image +
-                      static_cast<std::size_t>(y + s.top_margin) * (s.raw_pitch / sizeof(std::uint16_t)) +
-                      s.left_margin;
-    values.insert(values.end(), row, row + s.width);
+// Photosites of the active area, row by row, with their range.
+struct Mosaic {
+  explicit Mosaic(LibRaw& raw)
+      : width(raw.imgdata.sizes.width),
+        height(raw.imgdata.sizes.height),
+        white(static_cast<int>(raw.imgdata.color.maximum)),
+        black(static_cast<int>(raw.imgdata.color.black + raw.imgdata.color.cblack[0])) {
+    const auto& s = raw.imgdata.sizes;
+    values.reserve(static_cast<std::size_t>(width) * height);
+    for (int y = 0; y < height; ++y) {
+      const auto* row = raw.imgdata.rawdata.raw_image +
+                        static_cast<std::size_t>(y + s.top_margin) * (s.raw_pitch / sizeof(std::uint16_t)) +
+                        s.left_margin;
+      values.insert(values.end(), row, row + width);
+    }
+    for (int i = 0; i < 4; ++i) channels[i] = raw.COLOR(i / 2, i % 2) % 4;
   }
-  return values;
+  double Share(double value) const { return std::max(0.0, value - black) / std::max(1, white - black); }
+  // 0 red, 1 green, 2 blue.
+  int Channel(int x, int y) const {
+    return channels[y % 2 * 2 + x % 2] == 3 ? 1 : channels[y % 2 * 2 + x % 2];
+  }
+
+  int width, height, white, black;
+  std::array<int, 4> channels{};
+  std::vector<std::uint16_t> values;
+};
+
+CardLevel ReadCard(const Mosaic& m, const std::array<double, 4>& region) {
+  std::array<double, 3> sum{}, count{};
+  const int left = static_cast<int>(std::ceil(region[0] * m.width)),
+            top = static_cast<int>(std::ceil(region[1] * m.height));
+  const int right = std::min(m.width, static_cast<int>((region[0] + region[2]) * m.width));
+  const int bottom = std::min(m.height, static_cast<int>((region[1] + region[3]) * m.height));
+  for (int y = std::max(0, top); y < bottom; ++y) {
+    for (int x = std::max(0, left); x < right; ++x) {
+      const auto c = static_cast<std::size_t>(m.Channel(x, y));
+      sum[c] += m.values[static_cast<std::size_t>(y) * m.width + x];
+      count[c] += 1.0;
+    }
+  }
+  CardLevel card{};
+  for (std::size_t c = 0; c < 3; ++c) card[c] = count[c] > 0.0 ? m.Share(sum[c] / count[c]) : 0.0;
+  return card;
+}
+
+void Measure(Mosaic& m, FrameCheck& check) {
+  auto& values = m.values;
+  check.width_px = m.width;
+  check.height_px = m.height;
+  const auto saturated =
+      std::count_if(values.begin(), values.end(), [&](int v) { return v >= m.white - kSaturationMargin_dn; });
+  check.saturated_share = static_cast<double>(saturated) / static_cast<double>(values.size());
+  const auto bins = static_cast<int>(check.histogram.size());
+  for (const int v : values) {
+    ++check.histogram[static_cast<std::size_t>(std::min(bins - 1, static_cast<int>(m.Share(v) * bins)))];
+  }
+  const auto percentile = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
+  std::nth_element(values.begin(), percentile, values.end());
+  check.level = m.Share(*percentile);
 }
 
 }  // namespace
 
-FrameCheck CheckFrame(const RawFrame& frame) {
+FrameCheck CheckFrame(const RawFrame& frame, const std::array<double, 4>& card_region) {
   FrameCheck check;
   const auto raw =
       std::make_unique<LibRaw>(LIBRAW_OPIONS_NO_DATAERR_CALLBACK);  // silent; we ask for the count
@@ -57,19 +107,16 @@ FrameCheck CheckFrame(const RawFrame& frame) {
     check.problem = "is truncated or damaged";
     return check;
   }
-  std::vector<std::uint16_t> values = ActiveArea(*raw);
+  Mosaic mosaic(*raw);
+  if (mosaic.values.empty()) {
+    check.problem = "holds an empty mosaic";
+    return check;
+  }
   check.decodes = true;
-  check.width_px = raw->imgdata.sizes.width;
-  check.height_px = raw->imgdata.sizes.height;
-  const auto white = static_cast<int>(raw->imgdata.color.maximum);
-  const auto black = static_cast<int>(raw->imgdata.color.black + raw->imgdata.color.cblack[0]);
-  const auto saturated =
-      std::count_if(values.begin(), values.end(), [&](int v) { return v >= white - kSaturationMargin_dn; });
-  check.saturated_share = static_cast<double>(saturated) / static_cast<double>(values.size());
-  const auto percentile = values.begin() + static_cast<std::ptrdiff_t>(values.size() * 99 / 100);
-  std::nth_element(values.begin(), percentile, values.end());
-  check.level =
-      std::max(0, static_cast<int>(*percentile) - black) / static_cast<double>(std::max(1, white - black));
+  check.iso = raw->imgdata.other.iso_speed;
+  check.exposure_ms = 1000.0 * raw->imgdata.other.shutter;
+  if (card_region[2] > 0.0) check.card = ReadCard(mosaic, card_region);
+  Measure(mosaic, check);
   return check;
 }
 

@@ -1,19 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
-// The session runner. For each frame: place the target, move the wheel, expose, decode, and hand it to the
-// folder.
+// Opening a session folder for a plan and a rig, and running what it lacks.
 #include "acquire/sequence.h"
 
-#include <spdlog/spdlog.h>
-
 #include <chrono>
-#include <cmath>
-#include <cstdio>
-#include <nlohmann/json.hpp>
-#include <optional>
 #include <system_error>
 
 #include "acquire/schedule.h"
 #include "acquire/session_folder.h"
+#include "acquire/session_runner.h"
 #include "common/core/error.h"
 #include "common/core/version.h"
 #include "common/tissue/tissue.h"
@@ -22,97 +16,6 @@ namespace dermap {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr int kAttempts = 3;  // to get a frame that decodes
-constexpr double kSaturatedShareToWarn = 0.001;
-constexpr double kDarkLevel = 0.02;  // of the range: below it a lit frame is dark
-constexpr double kBrightBlackLevel = 0.05;
-constexpr double kSpareShare = 1.2;  // of disk space, the frames themselves being 1
-constexpr double kPreparation =
-    0.5;  // share of the progress that making the devices takes: rendering the scene
-
-std::string WarningAbout(const FrameRecord& f, const FrameCheck& check) {
-  if (f.role == FrameRole::kBlack) {
-    return check.level > kBrightBlackLevel
-               ? DescribeFrame(f) + " is not dark: light leaks past the opaque slot"
-               : "";
-  }
-  if (check.saturated_share > kSaturatedShareToWarn) {
-    char share[32];
-    std::snprintf(share, sizeof share, "%.1f %%", 100.0 * check.saturated_share);
-    return DescribeFrame(f) + ": " + share +
-           " of the photosites are saturated; remedy: lower the ISO of slot " + std::to_string(f.slot) +
-           " in the plan";
-  }
-  if (check.level < kDarkLevel)
-    return DescribeFrame(f) + " is dark: the flash did not fire, or the ISO is far too low";
-  return "";
-}
-
-void CheckSlots(const SessionFolder& folder, const FilterWheel& wheel) {
-  for (const FrameRecord& f : folder.schedule()) {
-    if (f.slot <= wheel.SlotCount()) continue;
-    throw InputError("the plan needs slot " + std::to_string(f.slot) + ", but the " + wheel.Name() + " has " +
-                     std::to_string(wheel.SlotCount()) + "; remedy: correct the slots of the rig");
-  }
-}
-
-void CheckSpace(const SessionFolder& folder, const Camera& camera) {
-  std::error_code error;
-  const fs::path& out = folder.session().directory;
-  const fs::space_info space = fs::space(out, error);
-  const double needed =
-      kSpareShare * static_cast<double>(camera.FrameBytes()) * (folder.total() - folder.done());
-  if (error || static_cast<double>(space.available) >= needed) return;
-  throw StorageError(out.string() + " has " + std::to_string(space.available / 1000000) +
-                     " MB free, and the session needs " + std::to_string(std::lround(needed / 1e6)) +
-                     " MB; remedy: free some space, then go on with --resume");
-}
-
-RawFrame Expose(SessionFolder& folder, Camera& camera, const FrameRecord& planned, FrameCheck& check) {
-  for (int attempt = 1; attempt <= kAttempts; ++attempt) {
-    RawFrame raw = camera.Capture({planned.exposure_ms, planned.iso, planned.number});
-    check = CheckFrame(raw);
-    if (check.decodes) return raw;
-    spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), check.problem, attempt, kAttempts);
-    folder.Note({{"event", "frame_rejected"}, {"number", planned.number}, {"problem", check.problem}});
-  }
-  throw DeviceError(camera.Name() + ": " + DescribeFrame(planned) + " " + check.problem + " (" +
-                    std::to_string(kAttempts) +
-                    " attempts); remedy: check the camera's connection, then go on with --resume");
-}
-
-// Takes what the folder lacks.
-void TakeFrames(SessionFolder& folder, Station& station, const CaptureOptions& options,
-                CaptureSummary& summary) {
-  CheckSlots(folder, station.wheel());
-  CheckSpace(folder, station.camera());
-  station.Prepare([&](double fraction) {
-    if (options.progress) options.progress(kPreparation * fraction);
-  });
-  station.WriteRecords(folder.session().directory, folder.schedule());
-  std::optional<FrameRole> placed;
-  for (const FrameRecord& planned : folder.schedule()) {
-    if (folder.Has(planned)) continue;
-    if (options.stop && options.stop()) return;
-    if (placed != planned.role) {
-      if (options.place) options.place(planned.role);
-      station.Place(planned.role);
-      placed = planned.role;
-    }
-    station.wheel().MoveTo(planned.slot);
-    FrameEvent event;
-    const RawFrame raw = Expose(folder, station.camera(), planned, event.check);
-    event.frame = folder.Add(planned, raw);
-    event.done = folder.done();
-    event.total = folder.total();
-    event.warning = WarningAbout(planned, event.check);
-    if (!event.warning.empty()) summary.warnings.push_back(event.warning);
-    ++summary.taken;
-    if (options.progress) options.progress(kPreparation + (1.0 - kPreparation) * event.done / event.total);
-    if (options.on_frame) options.on_frame(event);
-  }
-}
 
 RigConfig RigOf(const CaptureOptions& options) {
   RigConfig rig = ReadRig(options.rig);
@@ -144,7 +47,7 @@ SessionFolder OpenSession(const CaptureOptions& options, const RigConfig& rig) {
 }  // namespace
 
 CaptureSummary RunCapture(const CaptureOptions& options) {
-  const std::unique_ptr<Station> station = MakeStation(RigOf(options));
+  const std::unique_ptr<Station> station = MakeStation(RigOf(options), options.ask);
   return RunCapture(options, *station);
 }
 
@@ -154,7 +57,7 @@ CaptureSummary RunCapture(const CaptureOptions& options, Station& station) {
   CaptureSummary summary;
   summary.total = folder.total();
   summary.kept = folder.done();
-  if (summary.kept < summary.total) TakeFrames(folder, station, options, summary);
+  if (summary.kept < summary.total || options.retake) SessionRunner(folder, station, options, summary).Run();
   folder.Close();
   summary.session = folder.session();
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,10 +17,22 @@
 
 namespace dermap {
 
+// Where the time of one frame went, in seconds; the wheel's move overlaps the fetching of the frame before.
+struct FrameTiming {
+  double wheel_s = 0.0;  // moving
+  double flash_s = 0.0;  // waiting for the flash
+  double expose_s = 0.0;
+  double fetch_s = 0.0;
+  double check_s = 0.0;
+  double write_s = 0.0;
+};
+
 struct FrameEvent {
   FrameRecord frame;
   FrameCheck check;
-  int done = 0;  // frames of the session that are safe, this one included
+  FrameTiming timing;
+  double drift = 0.0;  // of the gray card against this filter's first frame; 0 where unknown
+  int done = 0;        // frames of the session that are safe, this one included
   int total = 0;
   std::string warning;  // about its exposure; empty where it is fine
 };
@@ -29,20 +42,27 @@ struct CaptureOptions {
   std::filesystem::path rig;
   std::filesystem::path out;
   bool resume = false;
-  std::filesystem::path scene;  // for simulated devices: instead of the rig's scene
+  std::filesystem::path scene;      // for simulated devices: instead of the rig's scene
+  std::filesystem::path reference;  // an earlier session whose black and Spectralon frames are taken over
   ProgressFunction progress;
-  std::function<void(FrameRole)> place;  // asks the operator for the target; returns once it is there
-  std::function<void(const FrameEvent&)> on_frame;  // after each frame that is safe
+  AskOperator ask;  // of real devices: to place targets, and to see to faults that last
+  // What is being done ("connect", "place", "move", "expose", "fetch", "paused"), for which frame (or
+  // nullptr).
+  std::function<void(const std::string&, const FrameRecord*)> on_step;
+  std::function<void(const FrameEvent&, const RawFrame&)> on_frame;  // after each frame that is safe
   std::function<bool()> stop;  // asked before each frame; true ends the session, to be resumed
+  std::function<std::optional<int>()> retake;  // asked before each frame: the number of one to take again
 };
 
 struct CaptureSummary {
   Session session;  // complete or not
   int taken = 0;    // frames exposed by this run
   int kept = 0;     // frames that an interrupted run had left
-  int total = 0;    // frames of the plan
+  int from_reference = 0;
+  int total = 0;  // frames of the plan
   double seconds = 0.0;
   std::vector<std::string> warnings;
+  std::vector<FrameTiming> timeline;  // of the frames taken
 };
 
 // Throws InputError (plan and rig that do not fit, a folder that holds a session already, nothing to resume),

@@ -128,14 +128,21 @@ bool SessionFolder::Has(const FrameRecord& planned) const {
                      [&](const FrameRecord& f) { return f.number == planned.number; });
 }
 
-FrameRecord SessionFolder::Add(const FrameRecord& planned, const RawFrame& raw) {
+int SessionFolder::NumberOfCopy(const std::string& sha256) const {
+  const auto found = std::find_if(session_.frames.begin(), session_.frames.end(),
+                                  [&](const FrameRecord& f) { return f.sha256 == sha256; });
+  return found == session_.frames.end() ? 0 : found->number;
+}
+
+FrameRecord SessionFolder::Add(const FrameRecord& planned, const RawFrame& raw, const std::string& time_utc) {
   FrameRecord frame = planned;
-  frame.time_utc = NowUtc();
+  frame.time_utc = time_utc;
   frame.file = FrameFileName(frame, raw.extension);
   frame.sha256 = Sha256(raw.bytes);
   WriteFileAtomically(session_.directory / frame.file, std::span<const std::byte>(raw.bytes));
   journal_->Append({{"event", "frame"}, {"frame", FrameToJson(frame)}});  // from here on the frame is safe
   auto& frames = session_.frames;
+  std::erase_if(frames, [&](const FrameRecord& f) { return f.number == frame.number; });
   frames.insert(
       std::find_if(frames.begin(), frames.end(), [&](const auto& f) { return f.number > frame.number; }),
       frame);

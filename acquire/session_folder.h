@@ -34,8 +34,12 @@ class SessionFolder {
   int done() const { return static_cast<int>(session_.frames.size()); }
   bool Has(const FrameRecord& planned) const;
 
-  // Writes the file, then the journal's line, then the manifest. Returns the record with file, hash and time.
-  FrameRecord Add(const FrameRecord& planned, const RawFrame& raw);
+  // The number of a frame that is there with the same bytes; 0 where none is.
+  int NumberOfCopy(const std::string& sha256) const;
+
+  // Writes the file, then the journal's line, then the manifest. Returns the record with file and hash. A
+  // frame that is there already is replaced.
+  FrameRecord Add(const FrameRecord& planned, const RawFrame& raw, const std::string& time_utc);
   // A line for whoever looks for the cause of a failure.
   void Note(nlohmann::json event);
   // Marks the session complete where it is, and writes the manifest.

@@ -5,6 +5,8 @@
 namespace dermap {
 
 int RunCaptureCommand(int argc, char** argv);
+int RunDevicesCommand(int argc, char** argv);
+int RunVerifyCommand(int argc, char** argv);
 int RunCalibrateCommand(int argc, char** argv);
 int RunFitCommand(int argc, char** argv);
 int RunRenderCommand(int argc, char** argv);

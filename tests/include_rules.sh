@@ -50,12 +50,13 @@ only() {
   [ ${#files[@]} -gt 0 ] && forbid "$why" "$pattern" "${files[@]}"
 }
 only "libgphoto2 and libusb belong in acquire/devices/*.cpp" 'gphoto2/|libusb' '^acquire/devices/[^/]*\.cpp$'
+only "libumockdev belongs in acquire/emulator/usb_bus.cpp" 'umockdev|glib' '^acquire/emulator/usb_bus\.cpp$'
 only "OpenImageIO belongs in common/files/*.cpp and calibrate/" 'OpenImageIO/' '^(common/files/[^/]*\.cpp|calibrate/.*)$'
 only "Ceres belongs in fit/" 'ceres/' '^fit/'
 
 # 4. Third-party device, image and solver headers stay out of our headers; headers guard themselves with #pragma once.
 mapfile -t headers < <(find common acquire calibrate fit render studies apps -name '*.h' | sort)
-forbid "third-party headers belong in .cpp files" 'gphoto2/|libusb|OpenImageIO/|ceres/|opencv2/|libraw/|toml\+\+|nlohmann/json\.hpp|tbb/' "${headers[@]}"
+forbid "third-party headers belong in .cpp files" 'gphoto2/|libusb|OpenImageIO/|ceres/|opencv2/|libraw/|toml\+\+|nlohmann/json\.hpp|tbb/|umockdev|glib' "${headers[@]}"
 for header in "${headers[@]}"; do
   grep -q '^#pragma once' "$header" || fail "$header has no #pragma once"
 done

@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -25,8 +26,18 @@ class Camera {
  public:
   virtual ~Camera() = default;
   virtual std::string Name() const = 0;
-  virtual std::uintmax_t FrameBytes() const = 0;                  // about, for the free-space check
-  virtual RawFrame Capture(const CaptureSettings& settings) = 0;  // returns once fetched; throws DeviceError
+  virtual void Connect() {}                       // finds it and makes it ready; throws DeviceError
+  virtual std::uintmax_t FrameBytes() const = 0;  // about, for the free-space check
+  // Begins anew with it, where what it does is not what it says; throws DeviceError.
+  virtual void Reconnect() {}
+  // Whether it can be set so; throws DeviceError where not.
+  virtual void Check(const CaptureSettings&) {}
+  // How many more frames its card takes, where it tells.
+  virtual std::optional<int> RoomForFrames() { return std::nullopt; }
+  // Returns once the shutter has closed: whatever is in front of it may move. Throws DeviceError.
+  virtual void Expose(const CaptureSettings& settings) = 0;
+  // The frame of the last exposure. Throws DeviceError, and then that frame has to be exposed again.
+  virtual RawFrame Fetch() = 0;
 };
 
 }  // namespace dermap

@@ -10,7 +10,11 @@ class FilterWheel {
  public:
   virtual ~FilterWheel() = default;
   virtual std::string Name() const = 0;
-  virtual int SlotCount() const = 0;
+  virtual void Connect() {}  // finds it and brings it to a known slot; throws DeviceError
+  virtual void Home() {}     // finds its slots anew, where it may have lost them; throws DeviceError
+  // Whether it can move while the operator and the camera are busy.
+  virtual bool MovesByItself() const { return true; }
+  virtual int SlotCount() const = 0;  // once connected
   virtual void MoveTo(int slot) = 0;  // returns once settled; throws DeviceError
 };
 

@@ -10,6 +10,7 @@
 
 #include "acquire/devices/camera.h"
 #include "acquire/devices/filter_wheel.h"
+#include "acquire/devices/operator.h"
 #include "common/core/progress.h"
 #include "common/files/rig.h"
 #include "common/files/session.h"
@@ -23,6 +24,8 @@ class Station {
   virtual FilterWheel& wheel() = 0;
   // Whatever takes time before the first frame: connecting, rendering the simulated scene.
   virtual void Prepare(const ProgressFunction& progress);
+  // Whether a person puts the targets in place (and is asked for it before Place).
+  virtual bool NeedsOperator() const { return false; }
   // Puts what the role needs at the place of the skin: nothing in particular for black frames, the Spectralon
   // panel, the taped skin. A simulated station does it by itself; for a real one an operator does, who is
   // asked beforehand.
@@ -35,7 +38,8 @@ class Station {
 
 // Quick: the devices are there after Prepare. Throws InputError for a driver that does not exist, listing
 // those that do.
-std::unique_ptr<Station> MakeStation(const RigConfig& rig);
+// `ask` is for wheels that are turned by hand.
+std::unique_ptr<Station> MakeStation(const RigConfig& rig, const AskOperator& ask = {});
 const std::vector<std::string>& CameraDrivers();
 const std::vector<std::string>& WheelDrivers();
 

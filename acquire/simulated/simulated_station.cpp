@@ -53,7 +53,7 @@ class SimulatedStation::SimulatedCamera : public Camera {
     const BenchConfig& c = station_.scene_.bench;
     return static_cast<std::uintmax_t>(c.width_px) * static_cast<std::uintmax_t>(c.height_px) * 3 / 2 + 2048;
   }
-  RawFrame Capture(const CaptureSettings& s) override {
+  void Expose(const CaptureSettings& s) override {
     if (s.iso < kLowestIso || s.iso > kHighestIso) {
       throw DeviceError("Simulated camera: ISO " + std::to_string(s.iso) + " was asked for; it has " +
                         std::to_string(kLowestIso) + " to " + std::to_string(kHighestIso) + ".");
@@ -63,11 +63,13 @@ class SimulatedStation::SimulatedCamera : public Camera {
                         " ms was asked for; below 4 ms the shutter is not open for the whole flash.");
     }
     const Shot shot{station_.target_, station_.slot_, s.exposure_ms, s.iso, s.shot};
-    return {EncodeDng(station_.bench().Expose(shot), MetadataOfShot(station_.bench(), shot)), ".dng"};
+    frame_ = {EncodeDng(station_.bench().Expose(shot), MetadataOfShot(station_.bench(), shot)), ".dng"};
   }
+  RawFrame Fetch() override { return std::move(frame_); }
 
  private:
   SimulatedStation& station_;
+  RawFrame frame_;
 };
 
 SimulatedStation::SimulatedStation(const RigConfig& rig)

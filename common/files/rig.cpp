@@ -43,6 +43,7 @@ void ReadWheel(TomlTable& file, RigConfig& rig) {
     throw InputError(file.Where() +
                      ": the table [wheel] is missing; remedy: add it, with its [[wheel.slot]]s");
   rig.wheel_driver = wheel->String("driver", rig.wheel_driver);
+  rig.wheel_serial = wheel->String("serial", rig.wheel_serial);
   std::set<int> taken;
   bool opaque = false;
   for (TomlTable& table : wheel->Tables("slot")) {
@@ -84,12 +85,13 @@ void ReadReferences(TomlTable& references, RigConfig& rig) {
   references.Finish();
 }
 
-std::string ReadDriver(TomlTable& file, const char* device, const std::string& fallback) {
-  auto table = file.Table(device);
-  if (!table) return fallback;
-  const std::string driver = table->String("driver", fallback);
-  table->Finish();
-  return driver;
+void ReadCamera(TomlTable& file, RigConfig& rig) {
+  auto camera = file.Table("camera");
+  if (!camera) return;
+  rig.camera_driver = camera->String("driver", rig.camera_driver);
+  rig.camera_port = camera->String("port", rig.camera_port);
+  rig.camera_model = camera->String("model", rig.camera_model);
+  camera->Finish();
 }
 
 bool IsFile(const fs::path& path) {
@@ -120,8 +122,12 @@ PlannedExposure ReadExposure(TomlTable& table) {
 RigConfig ReadRigTable(TomlTable& file) {
   RigConfig rig;
   rig.name = file.String("name", rig.name);
-  rig.camera_driver = ReadDriver(file, "camera", rig.camera_driver);
+  ReadCamera(file, rig);
   ReadWheel(file, rig);
+  if (auto flash = file.Table("flash")) {
+    rig.flash_recycle_s = flash->Number("recycle_s", rig.flash_recycle_s, 0.0, 120.0);
+    flash->Finish();
+  }
   if (auto geometry = file.Table("geometry")) {
     rig.window_mm = geometry->Number("window_mm", rig.window_mm, 0.5, 100.0);
     rig.view_angle_deg = geometry->Number("view_angle_deg", rig.view_angle_deg, 0.0, 80.0);

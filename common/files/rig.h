@@ -26,7 +26,11 @@ struct WheelSlot {
 struct RigConfig {
   std::string name;
   std::string camera_driver = "simulated";
+  std::string camera_port = "usb:";  // where the driver looks for it: "usb:", "ptpip:ADDRESS:PORT:PORT"
+  std::string camera_model;          // libgphoto2's name; empty: the first one found
   std::string wheel_driver = "simulated";
+  std::string wheel_serial;      // where several are attached; empty: any
+  double flash_recycle_s = 0.0;  // from one flash to the next
   std::vector<WheelSlot> slots;  // ascending slot
   double window_mm = 7.5;        // side of the square cut into the tape
   double view_angle_deg = 30.0;  // between the camera's axis and the skin's normal

@@ -47,14 +47,16 @@ json RigToJson(const RigConfig& rig) {
           {{"slot", slot.slot}, {"wavelength_nm", slot.wavelength_nm}, {"fwhm_nm", slot.fwhm_nm}});
     }
   }
-  json result{{"name", rig.name},
-              {"camera", {{"driver", rig.camera_driver}}},
-              {"wheel", {{"driver", rig.wheel_driver}, {"slot", slots}}},
-              {"geometry", {{"window_mm", rig.window_mm}, {"view_angle_deg", rig.view_angle_deg}}},
-              {"references",
-               {{"spectralon_csv", PortablePath(rig.spectralon_csv)},
-                {"gray_card_reflectance", rig.gray_card_reflectance},
-                {"gray_card_region", rig.gray_card_region}}}};
+  json result{
+      {"name", rig.name},
+      {"camera", {{"driver", rig.camera_driver}, {"port", rig.camera_port}, {"model", rig.camera_model}}},
+      {"wheel", {{"driver", rig.wheel_driver}, {"serial", rig.wheel_serial}, {"slot", slots}}},
+      {"flash", {{"recycle_s", rig.flash_recycle_s}}},
+      {"geometry", {{"window_mm", rig.window_mm}, {"view_angle_deg", rig.view_angle_deg}}},
+      {"references",
+       {{"spectralon_csv", PortablePath(rig.spectralon_csv)},
+        {"gray_card_reflectance", rig.gray_card_reflectance},
+        {"gray_card_region", rig.gray_card_region}}}};
   RigOptics optics = rig.optics;
   for (fs::path* csv : {&optics.camera_csv, &optics.flash_csv}) *csv = PortablePath(*csv);
   AddRigOptics(optics, result);

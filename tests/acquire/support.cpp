@@ -61,11 +61,16 @@ std::string SmallSceneToml() {
          "[bench]\nwidth_px = 96\nheight_px = 72\nscale_px_per_mm = 7\nwindow_center_px = [38, 35.5]\n";
 }
 
-RawFrame WatchedStation::Capture(const CaptureSettings& settings) {
+void WatchedStation::Expose(const CaptureSettings& settings) {
   ++shots[settings.shot];
   if (before_capture) before_capture(settings);
-  RawFrame frame = inner_.camera().Capture(settings);
-  if (after_capture) after_capture(settings, frame);
+  inner_.camera().Expose(settings);
+  exposed_ = settings;
+}
+
+RawFrame WatchedStation::Fetch() {
+  RawFrame frame = inner_.camera().Fetch();
+  if (after_capture) after_capture(exposed_, frame);
   return frame;
 }
 

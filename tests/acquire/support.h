@@ -58,9 +58,11 @@ class WatchedStation : public Station, private Camera {
  private:
   std::string Name() const override { return "watched camera"; }
   std::uintmax_t FrameBytes() const override { return inner_.camera().FrameBytes(); }
-  RawFrame Capture(const CaptureSettings& settings) override;
+  void Expose(const CaptureSettings& settings) override;
+  RawFrame Fetch() override;
 
   Station& inner_;
+  CaptureSettings exposed_;
 };
 
 }  // namespace dermap::acquire_test

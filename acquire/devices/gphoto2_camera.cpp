@@ -1,0 +1,281 @@
+// SPDX-License-Identifier: Apache-2.0
+// Which fault is met by what: busy by asking again, a lost or silent camera by a new connection, a silent
+// helper by a new helper. The numbers of results are libgphoto2's.
+#include "acquire/devices/gphoto2_camera.h"
+
+#include <spdlog/spdlog.h>
+#include <stdlib.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <system_error>
+#include <thread>
+
+#include "acquire/devices/worker_answer.h"
+#include "acquire/devices/worker_process.h"
+
+namespace dermap {
+namespace {
+
+namespace fs = std::filesystem;
+using nlohmann::json;
+using std::chrono::milliseconds;
+
+constexpr milliseconds kLongestPause{3000};
+constexpr int kBusyBeforeReopening = 3;
+
+enum GphotoResult {
+  kCameraBusy = -110,
+  kNoSpace = -115,
+  kModelNotFound = -105,
+  kNoMemory = -3,
+  kClaim = -53,
+  kFind = -52,
+  kUnknownPort = -5,
+  kOurSettings = -1000
+};
+
+FaultKind KindOf(int code) {
+  switch (code) {
+    case kCameraBusy:
+      return FaultKind::kBusy;
+    case kNoSpace:
+    case kNoMemory:
+      return FaultKind::kFull;
+    case kClaim:
+      return FaultKind::kInUse;
+    case kFind:
+    case kModelNotFound:
+    case kUnknownPort:
+      return FaultKind::kGone;
+    case kOurSettings:
+      return FaultKind::kSettings;
+    default:
+      return FaultKind::kNoAnswer;
+  }
+}
+
+std::string RemedyFor(FaultKind kind) {
+  switch (kind) {
+    case FaultKind::kBusy:
+      return "wait until its lamp is off; switch off mirror lock-up and live view";
+    case FaultKind::kFull:
+      return "put an empty card into it";
+    case FaultKind::kInUse:
+      return "end the program that holds it ('dermap devices' names it)";
+    case FaultKind::kGone:
+      return "switch it on, check its cable and its battery, and switch off its sleep";
+    case FaultKind::kSettings:
+      return "turn its dial to M, or correct the plan";
+    default:
+      return "switch it off and on";
+  }
+}
+
+// A folder of our own for the helper's HOME, gone with us.
+class PrivateHome {
+ public:
+  PrivateHome() {
+    std::string name = (fs::temp_directory_path() / "dermap-camera-XXXXXX").string();
+    if (::mkdtemp(name.data()) == nullptr) {
+      throw StorageError("cannot make a folder in " + fs::temp_directory_path().string() +
+                         "; remedy: free some space there, or let TMPDIR name another folder");
+    }
+    path_ = name;
+  }
+  ~PrivateHome() {
+    std::error_code ignored;
+    fs::remove_all(path_, ignored);
+  }
+  PrivateHome(const PrivateHome&) = delete;
+  PrivateHome& operator=(const PrivateHome&) = delete;
+  const fs::path& path() const { return path_; }
+
+ private:
+  fs::path path_;
+};
+
+}  // namespace
+
+struct Gphoto2Camera::Helper {
+  PrivateHome home;
+  WorkerProcess process{FindHelperProgram("dermap-camera"), home.path()};
+
+  // Throws DeviceFault by the answer's code.
+  WorkerAnswer Ask(const json& request, milliseconds limit, const std::string& name) {
+    WorkerAnswer answer = process.Ask(request, limit);
+    if (answer.line.value("ok", false)) return answer;
+    const FaultKind kind = KindOf(answer.line.value("code", 0));
+    throw DeviceFault(kind,
+                      name + ": " + answer.line.value("what", "unknown") + "; remedy: " + RemedyFor(kind));
+  }
+};
+
+Gphoto2Camera::Gphoto2Camera(CameraChoice choice, const CameraPatience& patience)
+    : choice_(std::move(choice)), patience_(patience), helper_(std::make_unique<Helper>()) {}
+
+Gphoto2Camera::~Gphoto2Camera() {
+  CloseConnection();  // leaves the camera usable by hand
+}
+
+int Gphoto2Camera::helper_pid() const {
+  return helper_->process.pid();
+}
+
+void Gphoto2Camera::Open() {
+  const json request{{"do", "open"},
+                     {"port", choice_.port},
+                     {"model", choice_.model},
+                     {"answer_ms", patience_.answer.count()}};
+  const WorkerAnswer answer = helper_->Ask(request, patience_.call, name_);
+  name_ = answer.line.value("model", "camera");
+  if (answer.line.value("old_driver", false)) {
+    spdlog::warn("{} is driven by an old driver that cannot be triggered: best effort", name_);
+  }
+  open_ = true;
+}
+
+void Gphoto2Camera::CloseConnection() {
+  open_ = false;
+  try {
+    if (helper_->process.running()) helper_->process.Ask({{"do", "close"}}, patience_.answer);
+  } catch (const DeviceFault&) {
+    // It hangs in closing too: Ask has killed it.
+  }
+}
+
+void Gphoto2Camera::Reconnect() {
+  CloseConnection();
+  Connect();
+}
+
+void Gphoto2Camera::Recover(const DeviceFault& fault, int attempt) {
+  spdlog::warn("{}; attempt {} of {}", fault.what(), attempt, patience_.attempts);
+  if (on_retry) on_retry(fault);
+  const bool just_busy = fault.kind() == FaultKind::kBusy && attempt <= kBusyBeforeReopening;
+  if (!just_busy && open_) {
+    CloseConnection();
+  } else if (!just_busy) {
+    // A second connection that fails as the first does may be libgphoto2's own state: a new process has none.
+    helper_->process.Kill();
+  }
+  const int doublings = std::min(attempt - 1, 8);
+  std::this_thread::sleep_for(std::min(kLongestPause, patience_.first_pause * (1 << doublings)));
+}
+
+void Gphoto2Camera::Insist(const std::string& doing, const std::function<void()>& step) {
+  const auto start = std::chrono::steady_clock::now();
+  for (int attempt = 1;; ++attempt) {
+    try {
+      if (!open_) Open();
+      return step();
+    } catch (const DeviceFault& fault) {
+      const bool hopeless = fault.kind() == FaultKind::kSettings || fault.kind() == FaultKind::kFull ||
+                            fault.kind() == FaultKind::kNoPermission;
+      // What is off the bus is waited for by the clock, the rest by the count.
+      const bool waits =
+          fault.kind() == FaultKind::kGone && std::chrono::steady_clock::now() - start < patience_.plug_in;
+      if (hopeless || (!waits && attempt >= patience_.attempts)) {
+        spdlog::warn("{}: gave up to {} after {} attempts", name_, doing, attempt);
+        throw;
+      }
+      Recover(fault, attempt);
+    }
+  }
+}
+
+void Gphoto2Camera::Connect() {
+  Insist("connect", [] {});
+}
+
+void Gphoto2Camera::Check(const CaptureSettings& s) {
+  Insist("be set", [&] {
+    helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
+  });
+}
+
+std::optional<int> Gphoto2Camera::RoomForFrames() {
+  std::optional<int> room;
+  Insist("tell its room", [&] {
+    const int left = helper_->Ask({{"do", "room"}}, patience_.call, name_).line.value("room", -1);
+    room = left >= 0 ? std::optional(left) : std::nullopt;
+  });
+  return room;
+}
+
+void Gphoto2Camera::ExposeOnce(const CaptureSettings& s) {
+  helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
+  const auto open = patience_.shutter + milliseconds(std::lround(s.exposure_ms));
+  const auto quiet = file_owed_ ? patience_.quiet : milliseconds(0);
+  // From here on a file may come; until it has, one is owed.
+  helper_->Ask({{"do", "expose"}, {"open_ms", open.count()}, {"quiet_ms", quiet.count()}},
+               patience_.call + open + quiet, name_);
+}
+
+void Gphoto2Camera::Expose(const CaptureSettings& settings) {
+  folder_.clear();
+  file_.clear();
+  Insist("expose", [&] {
+    try {
+      ExposeOnce(settings);
+    } catch (const DeviceFault& fault) {
+      // The shutter may have opened all the same.
+      file_owed_ = file_owed_ || fault.kind() == FaultKind::kNoAnswer || fault.kind() == FaultKind::kGone;
+      throw;
+    }
+  });
+  file_owed_ = true;
+}
+
+RawFrame Gphoto2Camera::FetchOnce() {
+  if (file_.empty()) {
+    const WorkerAnswer place = helper_->Ask({{"do", "fetch"}, {"limit_ms", patience_.file.count()}},
+                                            patience_.call + patience_.file, name_);
+    folder_ = place.line.value("folder", "");
+    file_ = place.line.value("name", "");
+  }
+  const WorkerAnswer answer =
+      helper_->Ask({{"do", "fetch"}, {"folder", folder_}, {"name", file_}}, patience_.call, name_);
+  RawFrame frame;
+  frame.bytes = answer.bytes;
+  frame.extension = fs::path(file_).extension().string();
+  std::transform(frame.extension.begin(), frame.extension.end(), frame.extension.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return frame;
+}
+
+RawFrame Gphoto2Camera::Fetch() {
+  RawFrame frame;
+  Insist("fetch the frame", [&] {
+    try {
+      frame = FetchOnce();
+    } catch (const DeviceFault& fault) {
+      // A frame that lies on the card can be fetched over a new connection. One whose file never came, or
+      // that lay in the camera's memory ("/") alone, is lost with this one: whoever asked has to expose it
+      // again.
+      if (!file_.empty() && folder_ != "/") throw;
+      if (fault.kind() != FaultKind::kBusy) open_ = false;
+      if (helper_->process.running()) helper_->process.Kill();
+      throw DeviceError(fault.what());
+    }
+  });
+  file_owed_ = false;
+  frame_bytes_ = std::max<std::uintmax_t>(frame.bytes.size(), 1);
+  return frame;
+}
+
+std::vector<AttachedCamera> ListCameras() {
+  const PrivateHome home;
+  WorkerProcess helper(FindHelperProgram("dermap-camera"), home.path());
+  const WorkerAnswer answer = helper.Ask({{"do", "list"}}, milliseconds(20000));
+  std::vector<AttachedCamera> cameras;
+  if (!answer.line.contains("cameras")) return cameras;
+  for (const json& c : answer.line["cameras"]) {
+    cameras.push_back({c.value("model", ""), c.value("port", ""), c.value("driver", "")});
+  }
+  return cameras;
+}
+
+}  // namespace dermap

@@ -1,0 +1,84 @@
+// SPDX-License-Identifier: Apache-2.0
+// A Canon EOS behind PTP: its session, settings, card, and the EOS extension's event queue. What carries the
+// protocol (ptp_usb.h, ptp_ip.h) hands it requests.
+#pragma once
+
+#include <deque>
+#include <functional>
+#include <map>
+#include <string>
+
+#include "acquire/emulator/eos_faults.h"
+#include "acquire/emulator/ptp.h"
+
+namespace dermap::emulator {
+
+// How fast it is; zeros are as fast as it goes.
+struct CameraTiming {
+  double answer_s = 0.0;        // of any request
+  double shutter_lag_s = 0.0;   // from the button to the open shutter
+  double store_s = 0.0;         // from the closed shutter to the file on the card
+  double bytes_per_s = 0.0;     // of a transfer; 0 is without limit
+  double exposure_scale = 0.0;  // of the exposure's own time
+  static CameraTiming Real() { return {0.002, 0.065, 0.45, 25e6, 1.0}; }
+};
+
+class EosCamera {
+ public:
+  // Makes the file of a shot, as the light is at that moment.
+  using Exposure = std::function<Bytes(double exposure_ms, int iso)>;
+  EosCamera(Exposure exposure, const CameraTiming& timing);
+
+  PtpReply Handle(const PtpRequest& request);
+  // The cable came out, or the host reset it: the session is over, the card stays as it is.
+  void EndSession();
+  void ChangeCard();  // for an empty one
+  bool session_open() const { return session_open_; }
+  int shots() const { return shots_; }
+
+  EosFaults faults;
+  std::function<void(double seconds)> unplug;  // carries out faults that take it off the bus
+
+ private:
+  struct Object {
+    std::string name;
+    Bytes file;
+    bool on_card = true;
+  };
+  struct Event {
+    Bytes bytes;
+    Clock::time_point when;
+  };
+
+  PtpReply Answer(const PtpRequest& request);
+  PtpReply DeviceInfo() const;
+  PtpReply StorageInfo() const;
+  PtpReply ObjectHandles(const PtpRequest& request) const;
+  PtpReply ObjectInfo(std::uint32_t handle) const;
+  PtpReply FolderEntries(std::uint32_t parent) const;
+  PtpReply ObjectPart(std::uint32_t handle, std::uint32_t offset, std::uint32_t size);
+  PtpReply SetProperty(const Bytes& data);
+  PtpReply Events();
+  PtpReply Press(std::uint32_t how_far);
+  void Store(Bytes file, Clock::time_point when);
+  void TellAll();
+  void TellValue(std::uint32_t property);
+  void TellChoices(std::uint32_t property, const std::vector<std::uint32_t>& values);
+  void Tell(std::uint32_t kind, const Bytes& payload, Clock::time_point when);
+  Clock::time_point In(double seconds) const;
+
+  Exposure exposure_;
+  CameraTiming timing_;
+  std::map<std::uint32_t, std::uint32_t> values_;
+  std::map<std::uint32_t, Object> objects_;
+  std::deque<Event> events_;
+  Bytes last_file_;
+  std::uint32_t next_object_ = 0x91900001;
+  int next_name_ = 1;
+  int shots_ = 0;
+  bool session_open_ = false;
+  bool remote_ = false;
+  Clock::time_point busy_until_{};
+};
+
+}  // namespace dermap::emulator

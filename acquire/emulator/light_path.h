@@ -1,0 +1,26 @@
+// SPDX-License-Identifier: Apache-2.0
+// What lies between the emulated flash and the emulated camera: the optical bench, with the filter that the
+// emulated wheel really holds into the light, and the target that the operator has put in place.
+#pragma once
+
+#include "acquire/emulator/wheel_motion.h"
+#include "acquire/simulated/optical_bench.h"
+
+namespace dermap::emulator {
+
+class LightPath {
+ public:
+  // Renders the scene of the rig: takes seconds.
+  LightPath(const RigConfig& rig, const WheelMotion& wheel, const ProgressFunction& progress = {});
+
+  FrameRole target = FrameRole::kBlack;
+  // The file of one exposure. A wheel that turns lets nothing through, as one between two slots does.
+  Bytes Expose(double exposure_ms, int iso);
+
+ private:
+  const WheelMotion& wheel_;
+  OpticalBench bench_;
+  int shots_ = 0;
+};
+
+}  // namespace dermap::emulator

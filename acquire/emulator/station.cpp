@@ -1,0 +1,107 @@
+// SPDX-License-Identifier: Apache-2.0
+// Plugging all together, and the list of faults.
+#include "acquire/emulator/station.h"
+
+#include <algorithm>
+#include <cstdio>
+
+#include "common/core/error.h"
+
+namespace dermap::emulator {
+namespace {
+
+constexpr double kSecondsPerSlot = 0.6;  // of a real wheel
+
+int SlotsOf(const RigConfig& rig) {
+  int slots = 0;
+  for (const WheelSlot& s : rig.slots) slots = std::max(slots, s.slot);
+  return slots;
+}
+
+}  // namespace
+
+EmulatedStation::EmulatedStation(const StationOptions& o, const ProgressFunction& progress)
+    : motion_(SlotsOf(o.rig), o.real_time ? kSecondsPerSlot : 0.0),
+      light_(o.rig, motion_, progress),
+      camera_([this](double ms, int iso) { return light_.Expose(ms, iso); },
+              o.real_time ? CameraTiming::Real() : CameraTiming{}),
+      camera_usb_(camera_),
+      starlight_(motion_),
+      thorlabs_(motion_),
+      unplugger_(bus_) {
+  if (o.wheel != "starlight" && o.wheel != "thorlabs") {
+    throw InputError("there is no emulated wheel '" + o.wheel + "'; known: starlight, thorlabs");
+  }
+  for (const std::string& fault : o.faults) PlanFault(fault);
+  motion_.on_move = [this](int move) { BefallWheel(move); };
+  wheel_ = o.wheel == "starlight" ? static_cast<UsbDevice*>(&starlight_) : &thorlabs_;
+  bus_.Plug(*wheel_);
+  if (o.network_port) {
+    network_ = std::make_unique<PtpIp>(camera_, bus_.lock(), *o.network_port);
+    camera_.unplug = [this](double seconds) { network_->Drop(seconds); };
+  } else {
+    camera_.unplug = [this](double seconds) { unplugger_.Unplug(camera_usb_, seconds); };
+    bus_.Plug(camera_usb_);
+  }
+}
+
+EmulatedStation::~EmulatedStation() = default;
+
+void EmulatedStation::PlanFault(const std::string& text) {
+  char name[32]{};
+  int count = 0, times = 1;
+  double seconds = 0.5;
+  const int read = std::sscanf(text.c_str(), "%31[a-z-]@%d:%lfx%d", name, &count, &seconds, &times);
+  const bool of_wheel = std::string(name).rfind("wheel-", 0) == 0;
+  if (read >= 2 && count >= 1 && of_wheel) {
+    for (const char* known : {"wheel-stuck", "wheel-slip", "wheel-unplug", "wheel-silent"}) {
+      if (std::string(known) != name) continue;
+      wheel_faults_.push_back({name, count, seconds});
+      return;
+    }
+  }
+  if (const auto fault = EosFaultFromName(name); read >= 2 && count >= 1 && fault) {
+    camera_.faults.Plan({*fault, count, seconds, times});
+    return;
+  }
+  throw InputError(
+      "'" + text +
+      "' is no fault; expected NAME@COUNT[:SECONDS[xTIMES]], NAME one of busy, stall, hang, "
+      "unplug, unplug-read, sleep, full, ram, late, missing, truncated, repeated, settings, wheel-stuck, "
+      "wheel-slip, wheel-unplug, wheel-silent");
+}
+
+// With the bus's lock held.
+void EmulatedStation::BefallWheel(int move) {
+  for (const WheelFault& fault : wheel_faults_) {
+    if (fault.move != move) continue;
+    if (fault.name == "wheel-stuck") motion_.stuck = true;
+    if (fault.name == "wheel-slip") motion_.slip = 1;
+    if (fault.name == "wheel-unplug") unplugger_.Unplug(*wheel_, fault.seconds);
+    if (fault.name == "wheel-silent") starlight_.silent = thorlabs_.silent = true;
+  }
+}
+
+void EmulatedStation::Place(FrameRole role) {
+  const std::lock_guard lock(bus_.lock());
+  light_.target = role;
+}
+
+void EmulatedStation::TurnWheel(int slot) {
+  const std::lock_guard lock(bus_.lock());
+  motion_.MoveTo(slot);
+}
+
+void EmulatedStation::SeeToIt() {
+  const std::lock_guard lock(bus_.lock());
+  motion_.stuck = false;
+  starlight_.silent = thorlabs_.silent = false;
+  camera_.ChangeCard();
+}
+
+int EmulatedStation::shots() {
+  const std::lock_guard lock(bus_.lock());
+  return camera_.shots();
+}
+
+}  // namespace dermap::emulator

@@ -1,0 +1,38 @@
+// SPDX-License-Identifier: Apache-2.0
+// What light each slot gave so far, by the gray card that stays in view: a frame whose card does not look as
+// its slot's did was taken through another filter, or by a flash that did not fire.
+#pragma once
+
+#include <map>
+#include <string>
+
+#include "acquire/frame_check.h"
+#include "common/files/session.h"
+
+namespace dermap {
+
+enum class LightProblem { kNone, kDark, kBright, kOtherSlot, kNotBlack };
+
+struct LightJudgement {
+  LightProblem problem = LightProblem::kNone;
+  int looks_like_slot = 0;  // kOtherSlot
+  double drift = 0.0;  // of the card against the slot's first frame: 0.05 is 5 % brighter; 0 where unknown
+};
+
+class LightMemory {
+ public:
+  // `planned` says what the frame should be.
+  LightJudgement Judge(const FrameRecord& planned, const FrameCheck& check) const;
+  void Learn(const FrameRecord& frame, const FrameCheck& check);
+
+ private:
+  struct Light {
+    CardLevel per_iso{};  // level of each channel at ISO 100
+  };
+  std::map<int, Light> by_slot_;
+};
+
+// A sentence's end: "was taken through another filter: it looks like slot 3".
+std::string DescribeLight(const LightJudgement& judgement);
+
+}  // namespace dermap

@@ -1,0 +1,35 @@
+// SPDX-License-Identifier: Apache-2.0
+// Spectralon and black frames of an earlier session, taken over by a new one.
+#pragma once
+
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "acquire/devices/camera.h"
+#include "common/files/session.h"
+
+namespace dermap {
+
+class ReferenceSession {
+ public:
+  // Throws InputError where the session is not complete, damaged, or of another camera or wheel than `rig`.
+  ReferenceSession(const std::filesystem::path& directory, const RigConfig& rig);
+  // Its frame for a place in the new schedule: same role, slot, filter, exposure and ISO; each is given once.
+  // Throws InputError where it has none.
+  FrameRecord Find(const FrameRecord& planned);
+  RawFrame Read(const FrameRecord& frame) const;
+  double age_h() const { return age_h_; }
+  const std::filesystem::path& directory() const { return session_.directory; }
+
+ private:
+  Session session_;
+  std::vector<bool> given_;
+  double age_h_ = 0.0;
+};
+
+// Hours from one ISO 8601 time to another; nothing where one of them is none.
+std::optional<double> HoursBetween(const std::string& from_utc, const std::string& to_utc);
+
+}  // namespace dermap

@@ -1,0 +1,224 @@
+// SPDX-License-Identifier: Apache-2.0
+// Whole sessions on emulated devices that fail. The truth is the same session on the simulated station, which
+// nothing disturbs: every frame must show the same light, channel by channel.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+
+#include "acquire/devices/device_station.h"
+#include "acquire/devices/gphoto2_camera.h"
+#include "acquire/devices/manual_wheel.h"
+#include "acquire/devices/usb_wheel.h"
+#include "acquire/emulator/station.h"
+#include "acquire/frame_check.h"
+#include "acquire/sequence.h"
+#include "common/core/error.h"
+#include "common/files/atomic_file.h"
+#include "common/files/session_journal.h"
+#include "tests/acquire/support.h"
+
+namespace dermap {
+namespace {
+
+using namespace std::chrono_literals;
+using acquire_test::TemporaryFolder;
+using testing::HasSubstr;
+
+constexpr CameraPatience kQuickCamera{.plug_in = 5000ms,
+                                      .answer = 400ms,
+                                      .call = 4000ms,
+                                      .file = 1500ms,
+                                      .quiet = 300ms,
+                                      .shutter = 5ms,
+                                      .first_pause = 20ms,
+                                      .attempts = 6};
+constexpr WheelTiming kQuickWheel{.plug_in = 1000ms, .answer = 150ms, .per_slot = 20ms, .poll = 5ms};
+constexpr std::size_t kMostQuestions = 12;  // a session that asks more does not come to an end
+constexpr double kSameLight = 0.02;         // of the range: a hundred times what the noise of a mean is
+
+class EmulatedSession : public testing::Test {
+ protected:
+  EmulatedSession() {
+    folder_.Write("scene.toml", acquire_test::SmallSceneToml() + "flash_drift = 0\nmotion_shift_mm = 0\n");
+    const std::string rig = acquire_test::SmallRigToml("scene.toml");
+    simulated_rig_ = folder_.Write("simulated.toml", rig);
+    options_.rig = folder_.Write("emulated.toml", WithWheel(rig, "starlight"));
+    options_.plan = folder_.Write("plan.toml", acquire_test::SmallPlanToml());
+    options_.out = folder_.path() / "session";
+    options_.ask = [this](const OperatorRequest& request) { return Obey(request); };
+  }
+
+  // With the real camera driver and this one of the wheel.
+  static std::string WithWheel(std::string rig, const std::string& driver) {
+    const std::string table = "[wheel]\n";
+    return rig.replace(rig.find(table), table.size(),
+                       "[camera]\ndriver = \"gphoto2\"\n" + table + "driver = \"" + driver + "\"\n");
+  }
+
+  bool Obey(const OperatorRequest& request) {
+    asked_.push_back(request);
+    if (asked_.size() > kMostQuestions) return false;
+    if (request.kind == OperatorRequest::Kind::kPlace) devices_->Place(request.role);
+    if (request.kind == OperatorRequest::Kind::kTurnWheel) devices_->TurnWheel(request.slot);
+    if (request.kind == OperatorRequest::Kind::kFault) devices_->SeeToIt();
+    return true;
+  }
+
+  void Emulate(std::vector<std::string> faults, const std::string& wheel = "starlight") {
+    devices_ =
+        std::make_unique<emulator::EmulatedStation>(emulator::StationOptions{.rig = ReadRig(options_.rig),
+                                                                             .wheel = wheel,
+                                                                             .network_port = {},
+                                                                             .real_time = false,
+                                                                             .faults = std::move(faults)});
+  }
+
+  CaptureSummary Capture(std::unique_ptr<FilterWheel> wheel = MakeStarlightWheel("", kQuickWheel)) {
+    DeviceStation station(std::make_unique<Gphoto2Camera>(CameraChoice{}, kQuickCamera), std::move(wheel));
+    return RunCapture(options_, station);
+  }
+
+  // Means of red, green and blue of every frame.
+  static std::vector<CardLevel> LightOf(const Session& session) {
+    std::vector<CardLevel> light;
+    for (const FrameRecord& f : session.frames) {
+      light.push_back(
+          CheckFrame({ReadBinaryFile(session.directory / f.file), ".dng"}, {0.0, 0.0, 1.0, 1.0}).card);
+    }
+    return light;
+  }
+
+  void ExpectWhole() {
+    const Session session = ReadSession(options_.out);
+    EXPECT_TRUE(session.complete);
+    VerifyFrames(session);
+    CaptureOptions undisturbed;
+    undisturbed.rig = simulated_rig_;
+    undisturbed.plan = options_.plan;
+    undisturbed.out = folder_.path() / "undisturbed";
+    const auto truth = LightOf(RunCapture(undisturbed).session), light = LightOf(session);
+    ASSERT_EQ(light.size(), truth.size());
+    for (std::size_t i = 0; i < light.size(); ++i) {
+      for (std::size_t c = 0; c < 3; ++c)
+        EXPECT_NEAR(light[i][c], truth[i][c], kSameLight) << "frame " << i + 1;
+    }
+  }
+
+  // "problem" of the journal's lines of one kind.
+  std::vector<std::string> Problems(const std::string& kind) {
+    std::vector<std::string> problems;
+    for (const auto& event : ReadJournal(options_.out / "journal.jsonl")) {
+      if (event.value("event", "") == kind) problems.push_back(event.value("problem", ""));
+    }
+    return problems;
+  }
+
+  TemporaryFolder folder_;
+  CaptureOptions options_;
+  std::filesystem::path simulated_rig_;
+  std::unique_ptr<emulator::EmulatedStation> devices_;
+  std::vector<OperatorRequest> asked_;
+};
+
+TEST_F(EmulatedSession, AsksTheOperatorForEachTargetOnce) {
+  Emulate({});
+  const CaptureSummary summary = Capture();
+  EXPECT_EQ(summary.taken, acquire_test::kSmallPlanFrames);
+  ExpectWhole();
+  std::vector<FrameRole> placed;
+  for (const OperatorRequest& r : asked_) placed.push_back(r.role);
+  EXPECT_THAT(placed, testing::ElementsAre(FrameRole::kBlack, FrameRole::kSpectralon, FrameRole::kSkin));
+  EXPECT_EQ(devices_->shots(), acquire_test::kSmallPlanFrames);
+  EXPECT_THAT(summary.warnings, testing::IsEmpty());
+}
+
+TEST_F(EmulatedSession, SurvivesWhatTheCameraGivesWrongly) {
+  Emulate({"busy@1", "stall@3", "truncated@4", "repeated@7", "ram@8", "settings@9"});
+  Capture();
+  ExpectWhole();
+  EXPECT_THAT(Problems("frame_rejected"),
+              testing::ElementsAre(HasSubstr("decode"), HasSubstr("once more"), HasSubstr("ISO 800")));
+}
+
+TEST_F(EmulatedSession, SurvivesACameraThatGoesAway) {
+  Emulate({"unplug@2:0.4", "sleep@4:0.4", "unplug-read@6:0.4", "hang@8:0.6"}, "thorlabs");
+  Capture(MakeThorlabsWheel("", kQuickWheel));
+  ExpectWhole();
+}
+
+TEST_F(EmulatedSession, TakesAFrameAgainWhoseFileIsTooLate) {
+  Emulate({"late@3:2.2", "missing@5"});
+  Capture();
+  ExpectWhole();
+  EXPECT_THAT(Problems("frame_rejected"), testing::ElementsAre(HasSubstr("lost"), HasSubstr("lost")));
+}
+
+// One slot off from the fourth move on: the skin's first frame looks like another filter.
+TEST_F(EmulatedSession, NoticesAWheelThatStandsOneSlotOff) {
+  Emulate({"wheel-slip@4"});
+  Capture();
+  ExpectWhole();
+  EXPECT_THAT(Problems("frame_rejected"),
+              testing::Contains(testing::AnyOf(HasSubstr("another filter"), HasSubstr("is dark"))));
+}
+
+// The opaque slot is not where the wheel says it is, from the start.
+TEST_F(EmulatedSession, NoticesABlackFrameThatIsLit) {
+  Emulate({"wheel-slip@1"});
+  Capture();
+  ExpectWhole();
+}
+
+TEST_F(EmulatedSession, SurvivesAWheelThatIsUnplugged) {
+  Emulate({"wheel-unplug@2:0.3", "wheel-unplug@5:0.3"});
+  Capture();
+  ExpectWhole();
+}
+
+// Faults that last pause the session; once the operator has seen to them it goes on.
+TEST_F(EmulatedSession, PausesForAFullCardAndAStuckWheel) {
+  Emulate({"full@2:0", "wheel-stuck@3"});
+  Capture();
+  ExpectWhole();
+  EXPECT_THAT(Problems("paused"), testing::ElementsAre(HasSubstr("card"), HasSubstr("wheel")));
+}
+
+TEST_F(EmulatedSession, EndsWhereNobodySeesToAFaultAndIsResumed) {
+  Emulate({"full@4:0"});
+  options_.ask = [this](const OperatorRequest& request) {
+    return request.kind != OperatorRequest::Kind::kFault && Obey(request);
+  };
+  EXPECT_THROW(Capture(), DeviceError);
+  EXPECT_FALSE(ReadSession(options_.out).complete);
+  devices_->SeeToIt();
+  options_.resume = true;
+  const CaptureSummary summary = Capture();
+  EXPECT_EQ(summary.kept, 3);
+  ExpectWhole();
+}
+
+TEST_F(EmulatedSession, IsTakenWithAWheelThatTheOperatorTurns) {
+  options_.rig = folder_.Write("manual.toml", WithWheel(acquire_test::SmallRigToml("scene.toml"), "manual"));
+  Emulate({});
+  Capture(std::make_unique<ManualWheel>(ReadRig(options_.rig), options_.ask));
+  ExpectWhole();
+  EXPECT_THAT(asked_[1].sentence, HasSubstr("slot 3, the opaque one"));
+}
+
+TEST_F(EmulatedSession, TakesBlackAndSpectralonFramesOverFromAnEarlierOne) {
+  Emulate({});
+  Capture();
+  asked_.clear();
+  options_.reference = options_.out;
+  options_.out = folder_.path() / "second";
+  const CaptureSummary summary = Capture();
+  EXPECT_EQ(summary.from_reference, 4);
+  EXPECT_EQ(summary.taken, 2);
+  ASSERT_EQ(asked_.size(), 1u);
+  EXPECT_EQ(asked_[0].role, FrameRole::kSkin);
+  ExpectWhole();
+}
+
+}  // namespace
+}  // namespace dermap
