@@ -6,6 +6,7 @@
 #include <cmath>
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
+#include <optional>
 #include <vector>
 
 #include "calibrate/failure.h"
@@ -66,6 +67,13 @@ std::array<Point, 4> Ordered(const Contour& quad) {
                                       [](Point a, Point b) { return a.x + a.y < b.x + b.y; });
   std::rotate(corners.begin(), first, corners.end());
   return corners;
+}
+
+// How alike opposite sides are, 1 for a square seen from anywhere far away. A corner that is lost to the
+// tape, since skin is dark there, shows here.
+double Regularity(const std::array<Point, 4>& c) {
+  const auto ratio = [](double a, double b) { return std::min(a, b) / std::max(a, b); };
+  return ratio(Length(c[0], c[1]), Length(c[2], c[3])) * ratio(Length(c[1], c[2]), Length(c[3], c[0]));
 }
 
 bool LooksLikeSquare(const std::array<Point, 4>& c) {
@@ -142,10 +150,11 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, double win
   std::vector<int> thresholds{OtsuThreshold(picture, card)};
   for (int i = 1; i <= kThresholds; ++i) thresholds.push_back(255 * i / (kThresholds + 1));
   int regions = 0;
+  std::optional<std::array<Point, 4>> best;
   for (const int threshold : thresholds) {
     const Found found = WindowsAt(picture, threshold, card);
     regions = std::max(regions, found.bright_regions);
-    if (found.windows.size() > 1) {
+    if (found.windows.size() > 1 && !best) {
       std::vector<std::vector<Point>> outlines;
       for (const auto& w : found.windows) {
         outlines.emplace_back();
@@ -158,16 +167,17 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, double win
               "and capture this frame again",
           FailurePicture(mosaic.skin, gray_card, outlines));
     }
-    if (found.windows.size() == 1) {
-      auto corners = found.windows[0];
-      for (Point& p : corners)
-        p = mosaic.lens.IdealFromPhotosites({mosaic.x0 + 2.0 * p.x + 1.0, mosaic.y0 + 2.0 * p.y + 1.0});
-      try {
-        return RefineWindow(mosaic, corners, window_mm, frame_name);
-      } catch (const InputError& error) {
-        const std::vector<std::vector<Point>> outline{{corners.begin(), corners.end()}};
-        throw CaptureFailure(error.what(), FailurePicture(mosaic.skin, gray_card, outline));
-      }
+    if (found.windows.size() != 1) continue;
+    if (!best || Regularity(found.windows[0]) > Regularity(*best)) best = found.windows[0];
+  }
+  if (best) {
+    for (Point& p : *best)
+      p = mosaic.lens.IdealFromPhotosites({mosaic.x0 + 2.0 * p.x + 1.0, mosaic.y0 + 2.0 * p.y + 1.0});
+    try {
+      return RefineWindow(mosaic, *best, window_mm, frame_name);
+    } catch (const InputError& error) {
+      const std::vector<std::vector<Point>> outline{{best->begin(), best->end()}};
+      throw CaptureFailure(error.what(), FailurePicture(mosaic.skin, gray_card, outline));
     }
   }
   throw CaptureFailure(
