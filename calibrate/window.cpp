@@ -25,7 +25,9 @@ constexpr double kOpposite = 0.7;       // opposite sides' ratio
 constexpr double kNeighbouring = 0.5;   // neighbouring sides' ratio: a square seen at up to 60 degrees
 constexpr double kFilled = 0.85;        // share of its quadrilateral that a window fills
 constexpr double kSecondWindow = 0.2;   // of the largest one's area
-constexpr int kThresholds = 8;          // tried after Otsu's
+constexpr double kSameSize = 0.9;       // ratio of diagonals
+constexpr double kMoreRegular = 0.03;
+constexpr int kThresholds = 8;  // tried after Otsu's
 
 using Contour = std::vector<cv::Point>;
 
@@ -74,6 +76,15 @@ std::array<Point, 4> Ordered(const Contour& quad) {
 double Regularity(const std::array<Point, 4>& c) {
   const auto ratio = [](double a, double b) { return std::min(a, b) / std::max(a, b); };
   return ratio(Length(c[0], c[1]), Length(c[2], c[3])) * ratio(Length(c[1], c[2]), Length(c[3], c[0]));
+}
+
+// Whether `other`, of about the same size, is so much more regular that `corners` must miss a corner.
+bool HasLostCorner(const std::array<Point, 4>& corners, const std::array<Point, 4>& other) {
+  const auto diagonal = [](const std::array<Point, 4>& c) {
+    return std::max(Length(c[0], c[2]), Length(c[1], c[3]));
+  };
+  const double size = diagonal(other) / diagonal(corners);
+  return size > kSameSize && size < 1.0 / kSameSize && Regularity(other) > Regularity(corners) + kMoreRegular;
 }
 
 bool LooksLikeSquare(const std::array<Point, 4>& c) {
@@ -168,7 +179,7 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, double win
           FailurePicture(mosaic.skin, gray_card, outlines));
     }
     if (found.windows.size() != 1) continue;
-    if (!best || Regularity(found.windows[0]) > Regularity(*best)) best = found.windows[0];
+    if (!best || HasLostCorner(*best, found.windows[0])) best = found.windows[0];
   }
   if (best) {
     for (Point& p : *best)

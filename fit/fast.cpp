@@ -16,7 +16,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kMaxStepsPerSize = 12;
+constexpr int kMaxStepsPerSize = 24;
 constexpr double kRestFall = 0.02;  // a size is done once a step lowers its misfit by less than this share
 constexpr double kRangePrecision = 1.0;  // of average skin, scaled units: the variance of table 1's range
 constexpr double kFirstDamping = 1e-3;   // share of the mean of a pixel's diagonal

@@ -58,7 +58,8 @@ TEST(PatchProblem, DifferencesStayWithinTheUpperBound) {
   ParameterVector gradient;
   model.LocalReflectance(2, full_blood, model.tissue().junction_absorbance, gradient);
   const double expected = gradient[static_cast<int>(Parameter::kC_hd)] * problem.space().scale(0);
-  EXPECT_NEAR(derivatives[0][2](3, 3), expected, 0.03 * std::abs(expected));
+  // A render in single precision is good to about 2e-8; over the step that is 2e-5.
+  EXPECT_NEAR(derivatives[0][2](3, 3), expected, 0.03 * std::abs(expected) + 2e-5);
 }
 
 }  // namespace
