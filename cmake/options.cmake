@@ -45,9 +45,10 @@ function(dermap_library name)
   target_link_libraries(${name} PUBLIC dermap_options)
 endfunction()
 
-# dermap_test(NAME files... LIBS libraries...): one GoogleTest program a folder, its cases registered with CTest.
+# dermap_test(NAME files... [SERIAL] LIBS libraries...): one GoogleTest program a folder, its cases registered with
+# CTest; SERIAL where they depend on time, so that no other test runs beside them.
 function(dermap_test name)
-  cmake_parse_arguments(ARG "" "TIMEOUT" "LIBS" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT" "LIBS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 300)
   endif()
@@ -55,5 +56,6 @@ function(dermap_test name)
   target_link_libraries(${name} PRIVATE ${ARG_LIBS} GTest::gmock GTest::gtest_main)
   target_compile_options(${name} PRIVATE $<$<CONFIG:Release>:-O1>)  # tests' own code need not be fast
   gtest_discover_tests(${name} DISCOVERY_MODE PRE_TEST PROPERTIES TIMEOUT ${ARG_TIMEOUT}
+                       RUN_SERIAL ${ARG_SERIAL}
                        WORKING_DIRECTORY ${PROJECT_SOURCE_DIR})
 endfunction()

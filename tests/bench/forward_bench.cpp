@@ -25,7 +25,7 @@ const Chromophores& AllChromophores() {
 }
 
 const ProfileSource& Source() {
-  static const std::unique_ptr<ProfileSource> source = MakeProfileSource("multipole");
+  static const std::unique_ptr<ProfileSource> source = MakeProfileSource("exact");
   return *source;
 }
 
@@ -111,6 +111,16 @@ void BM_Render(benchmark::State& state, Engine engine, int threads) {
   maps[Parameter::kC_m] = Noise(size, 0.02f, 0.1f);
   for (auto _ : state) benchmark::DoNotOptimize(model.Render(maps));
 }
+BENCHMARK_CAPTURE(BM_Render, lowrank_one_thread, Engine::kLowRank, 1)
+    ->Arg(256)
+    ->Arg(64)
+    ->Arg(32)
+    ->Unit(benchmark::kMillisecond);
+BENCHMARK_CAPTURE(BM_Render, lowrank, Engine::kLowRank, 0)
+    ->Arg(256)
+    ->UseRealTime()
+    ->MeasureProcessCPUTime()
+    ->Unit(benchmark::kMillisecond);
 BENCHMARK_CAPTURE(BM_Render, pyramid_one_thread, Engine::kPyramid, 1)
     ->Arg(256)
     ->Arg(64)
