@@ -86,9 +86,9 @@ bool SharpnessStudy::AllHold() const {
 SharpnessStudy RunSharpnessStudy(const SharpnessStudyOptions& options, const ProgressFunction& progress) {
   SharpnessStudy study;
   study.seed = options.seed;
-  study.photons = options.quick ? 1200000 : 6000000;
+  study.photons = options.quick ? 1200000 : 2500000;
   const std::vector<double> widths =  // in mean free paths of scattering in the epidermis
-      options.quick ? std::vector<double>{0.0, 4.0} : std::vector<double>{0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0};
+      options.quick ? std::vector<double>{0.0, 4.0} : std::vector<double>{0.0, 0.5, 1.0, 2.0, 4.0, 8.0};
   const Chromophores chromophores(ConfigDirectory() / "spectra");
   const auto exact = MakeProfileSource("exact"), multipole = MakeProfileSource("multipole");
   const double mean_free_path_mm = 1.0 / ReducedScatteringEpidermis(study.wavelength_nm, {});
