@@ -13,7 +13,6 @@
 #include <system_error>
 #include <thread>
 
-#include "acquire/devices/worker_answer.h"
 #include "acquire/devices/worker_process.h"
 
 namespace dermap {
@@ -74,6 +73,16 @@ std::string RemedyFor(FaultKind kind) {
   }
 }
 
+struct Answer {
+  json line;
+  std::vector<std::byte> bytes;
+};
+
+Answer AskProcess(WorkerProcess& process, const json& request, milliseconds limit) {
+  WorkerAnswer answer = process.Ask(request.dump(), limit);
+  return {json::parse(answer.line), std::move(answer.bytes)};
+}
+
 // A folder of our own for the helper's HOME, gone with us.
 class PrivateHome {
  public:
@@ -104,8 +113,8 @@ struct Gphoto2Camera::Helper {
   WorkerProcess process{FindHelperProgram("dermap-camera"), home.path()};
 
   // Throws DeviceFault by the answer's code.
-  WorkerAnswer Ask(const json& request, milliseconds limit, const std::string& name) {
-    WorkerAnswer answer = process.Ask(request, limit);
+  Answer Ask(const json& request, milliseconds limit, const std::string& name) {
+    Answer answer = AskProcess(process, request, limit);
     if (answer.line.value("ok", false)) return answer;
     const FaultKind kind = KindOf(answer.line.value("code", 0));
     throw DeviceFault(kind,
@@ -129,7 +138,7 @@ void Gphoto2Camera::Open() {
                      {"port", choice_.port},
                      {"model", choice_.model},
                      {"answer_ms", patience_.answer.count()}};
-  const WorkerAnswer answer = helper_->Ask(request, patience_.call, name_);
+  const Answer answer = helper_->Ask(request, patience_.call, name_);
   name_ = answer.line.value("model", "camera");
   if (answer.line.value("old_driver", false)) {
     spdlog::warn("{} is driven by an old driver that cannot be triggered: best effort", name_);
@@ -140,7 +149,7 @@ void Gphoto2Camera::Open() {
 void Gphoto2Camera::CloseConnection() {
   open_ = false;
   try {
-    if (helper_->process.running()) helper_->process.Ask({{"do", "close"}}, patience_.answer);
+    if (helper_->process.running()) AskProcess(helper_->process, {{"do", "close"}}, patience_.answer);
   } catch (const DeviceFault&) {
     // It hangs in closing too: Ask has killed it.
   }
@@ -231,12 +240,12 @@ void Gphoto2Camera::Expose(const CaptureSettings& settings) {
 
 RawFrame Gphoto2Camera::FetchOnce() {
   if (file_.empty()) {
-    const WorkerAnswer place = helper_->Ask({{"do", "fetch"}, {"limit_ms", patience_.file.count()}},
-                                            patience_.call + patience_.file, name_);
+    const Answer place = helper_->Ask({{"do", "fetch"}, {"limit_ms", patience_.file.count()}},
+                                      patience_.call + patience_.file, name_);
     folder_ = place.line.value("folder", "");
     file_ = place.line.value("name", "");
   }
-  const WorkerAnswer answer =
+  const Answer answer =
       helper_->Ask({{"do", "fetch"}, {"folder", folder_}, {"name", file_}}, patience_.call, name_);
   RawFrame frame;
   frame.bytes = answer.bytes;
@@ -269,7 +278,7 @@ RawFrame Gphoto2Camera::Fetch() {
 std::vector<AttachedCamera> ListCameras() {
   const PrivateHome home;
   WorkerProcess helper(FindHelperProgram("dermap-camera"), home.path());
-  const WorkerAnswer answer = helper.Ask({{"do", "list"}}, milliseconds(20000));
+  const Answer answer = AskProcess(helper, {{"do", "list"}}, milliseconds(20000));
   std::vector<AttachedCamera> cameras;
   if (!answer.line.contains("cameras")) return cameras;
   for (const json& c : answer.line["cameras"]) {

@@ -15,7 +15,6 @@
 #include <system_error>
 
 #include "acquire/devices/device_fault.h"
-#include "acquire/devices/worker_answer.h"
 
 extern char** environ;
 
@@ -131,17 +130,18 @@ std::string WorkerProcess::ReadLine(SteadyClock::time_point until) {
   return line;
 }
 
-WorkerAnswer WorkerProcess::Ask(const nlohmann::json& request, std::chrono::milliseconds limit) {
+WorkerAnswer WorkerProcess::Ask(const std::string& request, std::chrono::milliseconds limit) {
   if (pid_ <= 0) Start();
   const auto until = SteadyClock::now() + limit;
-  const std::string text = request.dump() + "\n";
+  const std::string text = request + "\n";
   // A worker that died makes the write fail; SIGPIPE must not end us.
   signal(SIGPIPE, SIG_IGN);
   if (::write(to_, text.data(), text.size()) != static_cast<ssize_t>(text.size())) Give("has ended");
   WorkerAnswer answer;
-  answer.line = nlohmann::json::parse(ReadLine(until), nullptr, false);
-  if (!answer.line.is_object()) Give("talks nonsense");
-  const auto size = answer.line.value("bytes", std::size_t{0});
+  answer.line = ReadLine(until);
+  const nlohmann::json line = nlohmann::json::parse(answer.line, nullptr, false);
+  if (!line.is_object()) Give("talks nonsense");
+  const auto size = line.value("bytes", std::size_t{0});
   if (size > kMostBytes) Give("talks nonsense");
   while (read_.size() < size) ReadMore(until);
   const auto* begin = reinterpret_cast<const std::byte*>(read_.data());

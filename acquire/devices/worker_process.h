@@ -7,13 +7,15 @@
 #include <cstddef>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <vector>
 
 namespace dermap {
 
-struct WorkerAnswer;
+struct WorkerAnswer {
+  std::string line;  // a JSON object
+  std::vector<std::byte> bytes;
+};
 
 class WorkerProcess {
  public:
@@ -22,8 +24,9 @@ class WorkerProcess {
   ~WorkerProcess();  // kills it
 
   // Starts it if it does not run. Throws DeviceFault (kNoAnswer) where it dies or says nothing in time; it is
-  // dead then. A number under "bytes" in the answer says how many follow the line.
-  WorkerAnswer Ask(const nlohmann::json& request, std::chrono::milliseconds limit);
+  // dead then. `request` is a JSON object on one line; a number under "bytes" in the answer says how many
+  // follow its line.
+  WorkerAnswer Ask(const std::string& request, std::chrono::milliseconds limit);
   void Kill() noexcept;
   bool running() const { return pid_ > 0; }
   int pid() const { return pid_; }
