@@ -39,6 +39,11 @@ SessionFolder OpenSession(const CaptureOptions& options, const RigConfig& rig) {
   session.dermap_version = kVersion;
   session.rig = rig;
   session.plan = ReadPlan(options.plan);
+  if (options.subject) {
+    session.plan.subject = options.subject->subject;
+    session.plan.site = options.subject->site;
+    session.plan.notes = options.subject->notes;
+  }
   std::vector<FrameRecord> schedule = MakeSchedule(rig, session.plan);
   const std::string fingerprint = Fingerprint(rig, schedule);
   return SessionFolder(std::move(session), std::move(schedule), fingerprint, options.resume);

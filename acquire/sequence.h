@@ -37,6 +37,13 @@ struct FrameEvent {
   std::string warning;  // about its exposure; empty where it is fine
 };
 
+// What an operator fills in for a session, in place of the plan's.
+struct SubjectForm {
+  std::string subject;  // a code, never a name
+  std::string site;
+  std::string notes;
+};
+
 struct CaptureOptions {
   std::filesystem::path plan;
   std::filesystem::path rig;
@@ -44,6 +51,7 @@ struct CaptureOptions {
   bool resume = false;
   std::filesystem::path scene;      // for simulated devices: instead of the rig's scene
   std::filesystem::path reference;  // an earlier session whose black and Spectralon frames are taken over
+  std::optional<SubjectForm> subject;
   ProgressFunction progress;
   AskOperator ask;  // of real devices: to place targets, and to see to faults that last
   // What is being done ("connect", "place", "move", "expose", "fetch", "paused"), for which frame (or

@@ -175,17 +175,22 @@ void SessionRunner::Run() {
   }
   if (folder_.done() < folder_.total()) Preflight();
   for (const FrameRecord& planned : folder_.schedule()) {
-    if (options_.retake) {
-      for (auto number = options_.retake(); number; number = options_.retake()) {
-        if (*number < 1 || *number > folder_.total()) continue;
-        const FrameRecord& again = folder_.schedule()[static_cast<std::size_t>(*number) - 1];
-        if (!Place(again.role) || !TakePatiently(again)) return;
-      }
-    }
+    if (!Retake()) return;
     if (folder_.Has(planned)) continue;
     if (options_.stop && options_.stop()) return;
     if (!Place(planned.role) || !TakePatiently(planned)) return;
   }
+  Retake();
+}
+
+bool SessionRunner::Retake() {
+  if (!options_.retake) return true;
+  for (auto number = options_.retake(); number; number = options_.retake()) {
+    if (*number < 1 || *number > folder_.total()) continue;
+    const FrameRecord& again = folder_.schedule()[static_cast<std::size_t>(*number) - 1];
+    if (!Place(again.role) || !TakePatiently(again)) return false;
+  }
+  return true;
 }
 
 bool SessionRunner::Place(FrameRole role) {
@@ -289,7 +294,7 @@ std::string SessionRunner::TryOnce(const FrameRecord& planned, bool last_attempt
 std::string SessionRunner::Verify(const FrameRecord& planned, const RawFrame& raw, const FrameCheck& check,
                                   LightJudgement& light, bool last_attempt) {
   if (!check.decodes) return check.problem;
-  if (const int copy = folder_.NumberOfCopy(Sha256(raw.bytes)); copy != 0) {
+  if (const int copy = folder_.NumberOfCopy(Sha256(raw.bytes)); copy != 0 && copy != planned.number) {
     return "is the file of frame " + std::to_string(copy) + " once more";
   }
   if (const std::string wrong = WrongSettings(planned, check); !wrong.empty()) {

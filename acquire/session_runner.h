@@ -25,6 +25,7 @@ class SessionRunner {
   void Preflight();
   void TakeFromReference();
   void LearnFrom(const FrameRecord& frame, const RawFrame& raw);
+  bool Retake();  // what was asked to be taken again; false: the session shall end
   bool Place(FrameRole role);
   bool TakePatiently(const FrameRecord& planned);  // false: the session shall end
   void Take(const FrameRecord& planned);

@@ -6,6 +6,7 @@ namespace dermap {
 
 int RunCaptureCommand(int argc, char** argv);
 int RunDevicesCommand(int argc, char** argv);
+int RunServeCommand(int argc, char** argv);
 int RunVerifyCommand(int argc, char** argv);
 int RunCalibrateCommand(int argc, char** argv);
 int RunFitCommand(int argc, char** argv);

@@ -20,6 +20,8 @@ struct Command {
 constexpr std::array kCommands{
     Command{"capture", "take one session: black, Spectralon and skin frames for every filter",
             RunCaptureCommand},
+    Command{"serve", "run the station for the operator's page and for programs: HTTP on this machine",
+            RunServeCommand},
     Command{"devices", "what is attached, by which driver, and what stands in the way", RunDevicesCommand},
     Command{"verify", "check a session: manifest and SHA-256 of every frame", RunVerifyCommand},
     Command{"calibrate", "turn a session's raw frames into an aligned reflectance stack",

@@ -51,12 +51,13 @@ only() {
 }
 only "libgphoto2 and libusb belong in acquire/devices/*.cpp" 'gphoto2/|libusb' '^acquire/devices/[^/]*\.cpp$'
 only "libumockdev belongs in acquire/emulator/usb_bus.cpp" 'umockdev|glib' '^acquire/emulator/usb_bus\.cpp$'
+only "cpp-httplib belongs in acquire/daemon/*.cpp" 'httplib' '^acquire/daemon/[^/]*\.cpp$'
 only "OpenImageIO belongs in common/files/*.cpp and calibrate/" 'OpenImageIO/' '^(common/files/[^/]*\.cpp|calibrate/.*)$'
 only "Ceres belongs in fit/" 'ceres/' '^fit/'
 
 # 4. Third-party device, image and solver headers stay out of our headers; headers guard themselves with #pragma once.
 mapfile -t headers < <(find common acquire calibrate fit render studies apps -name '*.h' | sort)
-forbid "third-party headers belong in .cpp files" 'gphoto2/|libusb|OpenImageIO/|ceres/|opencv2/|libraw/|toml\+\+|nlohmann/json\.hpp|tbb/|umockdev|glib' "${headers[@]}"
+forbid "third-party headers belong in .cpp files" 'gphoto2/|libusb|OpenImageIO/|ceres/|opencv2/|libraw/|toml\+\+|nlohmann/json\.hpp|tbb/|umockdev|glib|httplib' "${headers[@]}"
 for header in "${headers[@]}"; do
   grep -q '^#pragma once' "$header" || fail "$header has no #pragma once"
 done

@@ -12,6 +12,8 @@
 #include <nlohmann/json.hpp>
 #include <system_error>
 #include <thread>
+#include <tuple>
+#include <utility>
 
 #include "acquire/devices/worker_process.h"
 
@@ -217,7 +219,7 @@ std::optional<int> Gphoto2Camera::RoomForFrames() {
 void Gphoto2Camera::ExposeOnce(const CaptureSettings& s) {
   helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
   const auto open = patience_.shutter + milliseconds(std::lround(s.exposure_ms));
-  const auto quiet = file_owed_ ? patience_.quiet : milliseconds(0);
+  const auto quiet = files_owed_ > 0 ? patience_.quiet : milliseconds(0);
   // From here on a file may come; until it has, one is owed.
   helper_->Ask({{"do", "expose"}, {"open_ms", open.count()}, {"quiet_ms", quiet.count()}},
                patience_.call + open + quiet, name_);
@@ -231,20 +233,44 @@ void Gphoto2Camera::Expose(const CaptureSettings& settings) {
       ExposeOnce(settings);
     } catch (const DeviceFault& fault) {
       // The shutter may have opened all the same.
-      file_owed_ = file_owed_ || fault.kind() == FaultKind::kNoAnswer || fault.kind() == FaultKind::kGone;
+      if (fault.kind() == FaultKind::kNoAnswer || fault.kind() == FaultKind::kGone) ++files_owed_;
       throw;
     }
   });
-  file_owed_ = true;
+  ++files_owed_;
+}
+
+bool Gphoto2Camera::IsOfAnEarlierShot(const std::string& folder, const std::string& file) const {
+  return folder != "/" && folder == last_folder_ && file <= last_file_;
+}
+
+// Where the frame of the last shot lies. A file of a shot that was given up may come at any time, even after
+// the next frame has been fetched: its number is lower. While several are owed, the last to come is the last
+// shot's.
+void Gphoto2Camera::FindFile() {
+  bool again = false;
+  const auto await = [&](milliseconds limit) {
+    const Answer place = helper_->Ask({{"do", "fetch"}, {"limit_ms", limit.count()}, {"again", again}},
+                                      patience_.call + limit, name_);
+    again = true;
+    return std::pair(place.line.value("folder", ""), place.line.value("name", ""));
+  };
+  do {
+    std::tie(folder_, file_) = await(patience_.file);
+  } while (IsOfAnEarlierShot(folder_, file_));
+  for (int owed = files_owed_; owed > 1; --owed) {
+    try {
+      const auto [folder, file] = await(patience_.quiet);
+      if (std::pair(folder, file) > std::pair(folder_, file_))
+        std::tie(folder_, file_) = std::pair(folder, file);
+    } catch (const DeviceFault&) {
+      return;  // no more have come
+    }
+  }
 }
 
 RawFrame Gphoto2Camera::FetchOnce() {
-  if (file_.empty()) {
-    const Answer place = helper_->Ask({{"do", "fetch"}, {"limit_ms", patience_.file.count()}},
-                                      patience_.call + patience_.file, name_);
-    folder_ = place.line.value("folder", "");
-    file_ = place.line.value("name", "");
-  }
+  if (file_.empty()) FindFile();
   const Answer answer =
       helper_->Ask({{"do", "fetch"}, {"folder", folder_}, {"name", file_}}, patience_.call, name_);
   RawFrame frame;
@@ -270,7 +296,8 @@ RawFrame Gphoto2Camera::Fetch() {
       throw DeviceError(fault.what());
     }
   });
-  file_owed_ = false;
+  files_owed_ = 0;
+  if (folder_ != "/") std::tie(last_folder_, last_file_) = std::tie(folder_, file_);
   frame_bytes_ = std::max<std::uintmax_t>(frame.bytes.size(), 1);
   return frame;
 }

@@ -58,6 +58,8 @@ class Gphoto2Camera : public Camera {
   void CloseConnection();
   void ExposeOnce(const CaptureSettings& settings);
   RawFrame FetchOnce();
+  void FindFile();
+  bool IsOfAnEarlierShot(const std::string& folder, const std::string& file) const;
   // Runs `step` until it succeeds, with a new connection where that helps.
   void Insist(const std::string& doing, const std::function<void()>& step);
   void Recover(const DeviceFault& fault, int attempt);
@@ -68,8 +70,9 @@ class Gphoto2Camera : public Camera {
   std::string name_ = "camera";
   std::uintmax_t frame_bytes_ = 30'000'000;
   bool open_ = false;
-  bool file_owed_ = false;     // a shot's file has not come: it may come later
-  std::string folder_, file_;  // where the last frame lies on the card, once known
+  int files_owed_ = 0;                   // of shots that were pressed; one that was given up may come later
+  std::string last_folder_, last_file_;  // of the last frame that was fetched: cameras count upwards
+  std::string folder_, file_;            // where the last frame lies on the card, once known
 };
 
 struct AttachedCamera {

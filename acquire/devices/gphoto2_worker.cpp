@@ -117,6 +117,7 @@ class Session {
       std::snprintf(path.name, sizeof path.name, "%s", request.at("name").get<std::string>().c_str());
       added_ = path;
     }
+    if (request.value("again", false)) added_.reset();  // the last one was not what was looked for
     if (!added_) return Await(milliseconds(request.value("limit_ms", 20000)));
     CameraFile* file = nullptr;
     Require(gp_file_new(&file), "new file");

@@ -1,0 +1,97 @@
+// SPDX-License-Identifier: Apache-2.0
+// One station, run for whoever talks to it: a state machine around RunCapture, its state as JSON, and a word
+// to all who watch whenever that changes. Knows nothing of HTTP.
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <deque>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "acquire/sequence.h"
+
+namespace dermap {
+
+struct DaemonOptions {
+  std::filesystem::path rig;
+  std::filesystem::path plan;
+  std::filesystem::path root;  // session folders lie in it, and nowhere else
+};
+
+// What an operator fills in; names of people do not belong here.
+struct SessionForm {
+  std::string session;  // the folder's name: letters, digits, '.', '-', '_'
+  std::string subject, site, notes;
+  std::string reference;  // the name of an earlier session, or empty
+  bool resume = false;
+};
+
+class CaptureDaemon {
+ public:
+  explicit CaptureDaemon(DaemonOptions options);
+  ~CaptureDaemon();  // ends a session that runs, to be resumed
+  CaptureDaemon(const CaptureDaemon&) = delete;
+  CaptureDaemon& operator=(const CaptureDaemon&) = delete;
+
+  // Each throws InputError where it does not fit the state; all return at once.
+  void Start(const SessionForm& form);
+  void Answer();  // what the operator was asked for is done
+  void Pause();
+  void Continue();
+  void Abort();  // ends the session after the frame under way, to be resumed
+  void Retake(int frame_number);
+
+  nlohmann::json State() const;
+  // The state's number: another one is another state.
+  std::uint64_t Version() const;
+  // Waits for a state beyond `version`; returns its number, or `version` when the time is over or the daemon
+  // ends.
+  std::uint64_t WaitBeyond(std::uint64_t version, std::chrono::milliseconds limit) const;
+  // PNG of a frame of the session under way, empty where there is none.
+  std::string Thumbnail(int frame_number) const;
+
+ private:
+  enum class Phase { kIdle, kRunning, kWaiting, kPaused, kComplete, kEnded, kFailed };
+  void Run(SessionForm form);
+  bool Ask(const OperatorRequest& request);
+  bool ShallStop();
+  std::optional<int> NextRetake();
+  void OnFrame(const FrameEvent& event, const RawFrame& raw);
+  void Launch(const SessionForm& form);
+  void Changed();  // with the lock held
+  static const char* PhaseName(Phase phase);
+  std::filesystem::path FolderOf(const std::string& name) const;
+  bool Busy() const {
+    return phase_ == Phase::kRunning || phase_ == Phase::kWaiting || phase_ == Phase::kPaused;
+  }
+
+  DaemonOptions options_;
+  struct Content;  // what is JSON: rig and plan, and the frames so far
+  std::unique_ptr<Content> content_;
+  mutable std::mutex mutex_;
+  mutable std::condition_variable changed_;
+  std::uint64_t version_ = 1;
+  Phase phase_ = Phase::kIdle;
+  SessionForm form_;
+  std::string step_, problem_;
+  std::optional<FrameRecord> frame_;
+  std::optional<OperatorRequest> request_;
+  bool answered_ = false, pause_ = false, abort_ = false, ending_ = false;
+  int done_ = 0, total_ = 0;
+  std::chrono::steady_clock::time_point started_{};
+  int done_at_start_ = -1;
+  std::deque<int> retakes_;
+  std::map<int, std::string> thumbnails_;
+  std::vector<std::string> warnings_;
+  std::thread thread_;
+};
+
+}  // namespace dermap

@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+// Who may ask what. A page of another site can make a browser send requests here: the Host header must be
+// ours (DNS rebinding), an Origin must be ours, and what changes anything must be JSON, which no form of
+// another site can send.
+#include "acquire/daemon/http_server.h"
+
+#include <httplib.h>
+#include <sys/random.h>
+
+#include <atomic>
+#include <mutex>
+#include <nlohmann/json.hpp>
+
+#include "acquire/daemon/page.h"
+#include "common/core/error.h"
+
+namespace dermap {
+namespace {
+
+using nlohmann::json;
+using SteadyClock = std::chrono::steady_clock;
+
+constexpr std::size_t kLargestBody = 65536;
+constexpr std::size_t kThreads = 80;  // each event stream holds one
+constexpr std::chrono::seconds kHelmKept{15};
+constexpr std::chrono::milliseconds kHeartbeat{2000};
+
+bool IsLoopback(const std::string& address) {
+  return address.rfind("127.", 0) == 0 || address == "::1" || address == "localhost";
+}
+
+std::string RandomKey() {
+  unsigned char bytes[16];
+  if (getrandom(bytes, sizeof bytes, 0) != sizeof bytes)
+    throw DeviceError("the system gives no random numbers");
+  std::string text;
+  char digits[3];
+  for (const unsigned char b : bytes) {
+    std::snprintf(digits, sizeof digits, "%02x", b);
+    text += digits;
+  }
+  return text;
+}
+
+// The same time for every wrong token.
+bool SameToken(const std::string& a, const std::string& b) {
+  unsigned difference = static_cast<unsigned>(a.size() ^ b.size());
+  for (std::size_t i = 0; i < a.size() && !b.empty(); ++i) {
+    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i % b.size()]);
+  }
+  return difference == 0;
+}
+
+void Refuse(httplib::Response& response, int status, const std::string& why) {
+  response.status = status;
+  response.set_content(json{{"error", why}}.dump(-1, ' ', false, json::error_handler_t::replace),
+                       "application/json");
+}
+
+}  // namespace
+
+bool HostIsOurs(const std::string& host, const std::string& address, int port) {
+  const std::string number = std::to_string(port);
+  for (const std::string& name :
+       {std::string("127.0.0.1"), std::string("localhost"), std::string("[::1]"), address}) {
+    if (host == std::string(name).append(1, ':').append(number)) return true;
+  }
+  return false;
+}
+
+bool OriginIsOurs(const std::string& origin, const std::string& host) {
+  return origin.empty() || origin == "http://" + host;
+}
+
+struct HttpServer::Impl {
+  CaptureDaemon& daemon;
+  ServerOptions options;
+  httplib::Server server;
+  std::atomic<bool> stopping{false};
+  std::mutex helm_mutex;
+  std::string helm_key;
+  SteadyClock::time_point helm_seen{};
+
+  Impl(CaptureDaemon& d, ServerOptions o) : daemon(d), options(std::move(o)) {}
+
+  std::string StateText() const {
+    return daemon.State().dump(-1, ' ', false, json::error_handler_t::replace);
+  }
+
+  bool Allowed(const httplib::Request& request, httplib::Response& response) {
+    const std::string host = request.get_header_value("Host");
+    if (options.token.empty() && !HostIsOurs(host, options.address, options.port)) {
+      Refuse(response, 403, "this is not the Host that the daemon listens at");
+      return false;
+    }
+    if (!OriginIsOurs(request.get_header_value("Origin"), host)) {
+      Refuse(response, 403, "pages of other sites may not talk to the daemon");
+      return false;
+    }
+    if (!options.token.empty()) {
+      std::string given = request.get_header_value("Authorization");
+      const std::string bearer = "Bearer ";
+      given = given.rfind(bearer, 0) == 0 ? given.substr(bearer.size()) : request.get_param_value("token");
+      if (!SameToken(given, options.token)) {
+        Refuse(response, 401, "the token is missing or wrong");
+        return false;
+      }
+    }
+    if (request.method == "POST" &&
+        request.get_header_value("Content-Type").rfind("application/json", 0) != 0) {
+      Refuse(response, 415, "expected application/json");
+      return false;
+    }
+    return true;
+  }
+
+  // {"key": ...} of whoever has the helm, or an error where that is another.
+  void Steer(const json& body, httplib::Response& response) {
+    const std::lock_guard lock(helm_mutex);
+    const bool free = helm_key.empty() || SteadyClock::now() - helm_seen > kHelmKept;
+    if (body.value("key", "") != helm_key || helm_key.empty()) {
+      if (!free) return Refuse(response, 409, "another window has the helm");
+      helm_key = RandomKey();
+    }
+    helm_seen = SteadyClock::now();
+    response.set_content(json{{"key", helm_key}}.dump(), "application/json");
+  }
+
+  bool HasHelm(const httplib::Request& request) {
+    const std::lock_guard lock(helm_mutex);
+    if (helm_key.empty() || request.get_header_value("X-Dermap-Key") != helm_key) return false;
+    helm_seen = SteadyClock::now();
+    return true;
+  }
+
+  void Post(const std::string& path, const std::function<void(const json&)>& act) {
+    server.Post(path, [this, act](const httplib::Request& request, httplib::Response& response) {
+      if (!HasHelm(request))
+        return Refuse(response, 409, "another window has the helm: this one can only watch");
+      const json body = json::parse(request.body.empty() ? "{}" : request.body, nullptr, false);
+      if (!body.is_object()) return Refuse(response, 400, "expected a JSON object");
+      try {
+        act(body);
+        response.set_content("{}", "application/json");
+      } catch (const json::exception& error) {
+        Refuse(response, 400, error.what());
+      } catch (const Error& error) {
+        Refuse(response, 400, error.what());
+      }
+    });
+  }
+
+  void Events(httplib::Response& response) {
+    response.set_header("Cache-Control", "no-store");
+    response.set_chunked_content_provider(
+        "text/event-stream", [this, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
+          const std::uint64_t now = daemon.WaitBeyond(seen, kHeartbeat);
+          if (stopping) {
+            sink.done();
+            return true;
+          }
+          const std::string text =
+              now == seen
+                  ? ": still here\n\n"
+                  : "data: " + daemon.State().dump(-1, ' ', false, json::error_handler_t::replace) + "\n\n";
+          seen = now;
+          return sink.write(text.data(), text.size());
+        });
+  }
+
+  void Route() {
+    server.set_payload_max_length(kLargestBody);
+    server.set_read_timeout(5, 0);
+    server.set_write_timeout(5, 0);
+    server.set_keep_alive_max_count(1000);
+    server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+      response.set_header("X-Content-Type-Options", "nosniff");
+      response.set_header("Referrer-Policy", "no-referrer");
+      response.set_header(
+          "Content-Security-Policy",
+          "default-src 'none'; style-src 'unsafe-inline'; script-src 'unsafe-inline'; img-src 'self'; "
+          "connect-src 'self'; frame-ancestors 'none'");
+      return Allowed(request, response) ? httplib::Server::HandlerResponse::Unhandled
+                                        : httplib::Server::HandlerResponse::Handled;
+    });
+    server.Get("/", [](const httplib::Request&, httplib::Response& response) {
+      response.set_content(kOperatorPage, "text/html; charset=utf-8");
+    });
+    server.Get("/api/state", [this](const httplib::Request&, httplib::Response& response) {
+      response.set_content(StateText(), "application/json");
+    });
+    server.Get("/api/events",
+               [this](const httplib::Request&, httplib::Response& response) { Events(response); });
+    server.Get(R"(/api/frames/(\d{1,5})\.png)",
+               [this](const httplib::Request& request, httplib::Response& response) {
+                 const std::string png = daemon.Thumbnail(std::stoi(request.matches[1]));
+                 if (png.empty()) return Refuse(response, 404, "there is no such frame");
+                 response.set_content(png, "image/png");
+               });
+    server.Post("/api/steer", [this](const httplib::Request& request, httplib::Response& response) {
+      const json body = json::parse(request.body, nullptr, false);
+      if (!body.is_object() || !body.contains("key") || !body["key"].is_string()) {
+        return Refuse(response, 400, "expected {\"key\": \"...\"}");
+      }
+      Steer(body, response);
+    });
+    Post("/api/start", [this](const json& body) {
+      daemon.Start({body.at("session").get<std::string>(), body.value("subject", ""), body.value("site", ""),
+                    body.value("notes", ""), body.value("reference", ""), body.value("resume", false)});
+    });
+    Post("/api/answer", [this](const json&) { daemon.Answer(); });
+    Post("/api/pause", [this](const json&) { daemon.Pause(); });
+    Post("/api/continue", [this](const json&) { daemon.Continue(); });
+    Post("/api/abort", [this](const json&) { daemon.Abort(); });
+    Post("/api/retake", [this](const json& body) { daemon.Retake(body.at("number").get<int>()); });
+  }
+};
+
+HttpServer::HttpServer(CaptureDaemon& daemon, ServerOptions options)
+    : impl_(std::make_unique<Impl>(daemon, std::move(options))) {
+  ServerOptions& o = impl_->options;
+  if (!IsLoopback(o.address) && o.token.empty()) {
+    throw InputError("the daemon listens beyond this machine (" + o.address +
+                     ") only with a token; remedy: name a file that holds one by --token-file");
+  }
+  impl_->Route();
+  const bool bound = o.port == 0 ? (o.port = impl_->server.bind_to_any_port(o.address.c_str())) > 0
+                                 : impl_->server.bind_to_port(o.address.c_str(), o.port);
+  if (!bound) {
+    throw InputError("cannot listen on " + o.address + ":" + std::to_string(o.port) +
+                     "; remedy: name a free port by --listen, or end the daemon that runs already");
+  }
+}
+
+HttpServer::~HttpServer() {
+  Stop();
+}
+
+int HttpServer::port() const {
+  return impl_->options.port;
+}
+
+void HttpServer::Run() {
+  impl_->server.listen_after_bind();
+}
+
+void HttpServer::Stop() {
+  impl_->stopping = true;
+  impl_->server.stop();
+}
+
+}  // namespace dermap

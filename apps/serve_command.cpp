@@ -1,0 +1,102 @@
+// SPDX-License-Identifier: Apache-2.0
+// dermap serve --rig RIG.toml: the capture daemon.
+#include <spdlog/spdlog.h>
+
+#include <atomic>
+#include <csignal>
+#include <nlohmann/json.hpp>
+#include <thread>
+
+#include "acquire/daemon/capture_daemon.h"
+#include "acquire/daemon/http_server.h"
+#include "acquire/daemon/service_manager.h"
+#include "apps/command_line.h"
+#include "apps/commands.h"
+#include "common/files/atomic_file.h"
+#include "common/tissue/tissue.h"
+
+namespace dermap {
+namespace {
+
+std::atomic<bool> end_asked{false};
+
+void AskToEnd(int) {
+  end_asked = true;
+}
+
+// "ADDRESS:PORT"
+ServerOptions ParseListen(const std::string& listen) {
+  const auto colon = listen.rfind(':');
+  ServerOptions options;
+  const std::string port = colon == std::string::npos ? "" : listen.substr(colon + 1);
+  const bool digits =
+      !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
+  options.port = digits ? std::stoi(port) : -1;
+  options.address = listen.substr(0, colon == std::string::npos ? 0 : colon);
+  if (options.address.empty() || options.port < 0 || options.port > 65535) {
+    throw InputError("--listen is '" + listen + "'; expected ADDRESS:PORT, such as 127.0.0.1:8460");
+  }
+  return options;
+}
+
+std::string ReadToken(const std::filesystem::path& path) {
+  if (path.empty()) return "";
+  std::string token = ReadTextFile(path);
+  while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
+  if (token.size() < 16)
+    throw InputError(path.string() + " holds fewer than 16 characters; expected a token to guard");
+  return token;
+}
+
+Outcome Serve(const DaemonOptions& options, const ServerOptions& listen) {
+  CaptureDaemon daemon(options);
+  HttpServer server(daemon, listen);
+  std::signal(SIGINT, AskToEnd);
+  std::signal(SIGTERM, AskToEnd);
+  std::fprintf(stderr, "dermap serve: http://%s:%d/  sessions in %s\n", listen.address.c_str(), server.port(),
+               options.root.c_str());
+  std::thread watch([&] {
+    TellServiceManager("READY=1");
+    const auto interval = WatchdogInterval();
+    auto next = std::chrono::steady_clock::now();
+    while (!end_asked) {
+      std::this_thread::sleep_for(std::chrono::milliseconds(100));
+      if (!interval || std::chrono::steady_clock::now() < next) continue;
+      daemon.Version();  // takes the daemon's lock: one that hangs is not alive
+      TellServiceManager("WATCHDOG=1");
+      next = std::chrono::steady_clock::now() + *interval;
+    }
+    TellServiceManager("STOPPING=1");
+    server.Stop();
+  });
+  server.Run();
+  end_asked = true;
+  watch.join();
+  Outcome outcome;
+  outcome.text = "the daemon has ended\n";
+  outcome.fill_json = [](nlohmann::json&) {};
+  return outcome;
+}
+
+}  // namespace
+
+int RunServeCommand(int argc, char** argv) {
+  CommandLine command("serve", "Run the station for the operator's page and for programs.");
+  DaemonOptions options;
+  options.plan = ConfigDirectory() / "plans/standard.toml";
+  options.root = "sessions";
+  std::string listen = "127.0.0.1:8460";
+  std::filesystem::path token_file;
+  command.app().add_option("--rig", options.rig, "rig.toml: camera, wheel, filters, references")->required();
+  command.app().add_option("--plan", options.plan, "plan.toml: exposure and ISO for every filter");
+  command.app().add_option("--root", options.root, "The folder that session folders are made in");
+  command.app().add_option("--listen", listen, "ADDRESS:PORT; beyond this machine only with a token");
+  command.app().add_option("--token-file", token_file, "A file with a token that everyone has to show");
+  return command.Run(argc, argv, [&] {
+    ServerOptions server = ParseListen(listen);
+    server.token = ReadToken(token_file);
+    return Serve(options, server);
+  });
+}
+
+}  // namespace dermap
