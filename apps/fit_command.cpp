@@ -20,7 +20,8 @@ struct FitArguments {
   std::filesystem::path output;
   std::filesystem::path config;
   std::filesystem::path truth;
-  std::string method = "fast", metric = "curvature", start = "average", engine = "pyramid", free = "auto";
+  std::string method = "fast", metric = "curvature", start = "average", free = "auto";
+  std::string engine{EngineName(ForwardOptions{}.engine)};
   double pixel_size_mm = 0.0;
   FitOptions options;
 };
@@ -34,7 +35,7 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--metric", args.metric, "descent steps along: curvature (default) | plain gradient");
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");
-  app.add_option("--engine", args.engine, "pyramid (default) | cascade");
+  app.add_option("--engine", args.engine, "lowrank | pyramid | cascade (default " + args.engine + ")");
   app.add_option("--free", args.free, "auto (default), or names: C_m,beta_m,C_he,C_bc,C_hd");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the stack's own")
       ->check(CLI::Range(1e-4, 100.0));

@@ -16,7 +16,7 @@ struct RenderArguments {
   std::filesystem::path maps;
   std::filesystem::path output;
   std::filesystem::path config;
-  std::string engine = "pyramid";
+  std::string engine{EngineName(ForwardOptions{}.engine)};
   double pixel_size_mm = 0.0;
   RenderOptions options;
 };
@@ -36,7 +36,7 @@ void AddOptions(CLI::App& app, RenderArguments& args) {
       ->allow_extra_args(false);
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");
-  app.add_option("--engine", args.engine, "pyramid (default) | cascade");
+  app.add_option("--engine", args.engine, "lowrank | pyramid | cascade (default " + args.engine + ")");
   app.add_option("--config", args.config, "TOML with a [tissue] table");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the maps' own")
       ->check(CLI::Range(1e-4, 100.0));

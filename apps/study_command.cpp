@@ -3,82 +3,93 @@
 #include <fmt/format.h>
 
 #include <array>
+#include <cstdint>
 #include <cstdio>
+#include <functional>
 #include <nlohmann/json.hpp>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include "apps/command_line.h"
 #include "apps/commands.h"
 #include "common/files/picture.h"
 #include "studies/optics_study.h"
 #include "studies/sharpness_study.h"
+#include "studies/verdict.h"
 
 namespace dermap {
 namespace {
 
-int RunOpticsStudyCommand(int argc, char** argv) {
-  CommandLine command("study optics",
-                      "How wrong the optics are over mu_a, against adding-doubling and Monte Carlo.");
+// What every judged study is asked.
+struct Request {
   std::filesystem::path folder;
-  OpticsStudyOptions options;
+  bool quick = false;
+  std::uint64_t seed = 1;
+};
+
+// The frame of a judged study: `run` does the work, writes its files into the folder and returns what the
+// outcome says beyond the verdicts.
+struct Judged {
+  std::vector<Verdict> verdicts;
+  std::string text;
+  std::filesystem::path page;
+};
+int RunJudged(int argc, char** argv, const std::string& name, const char* about, const char* files,
+              const std::function<Judged(const Request&, const ProgressFunction&)>& run) {
+  CommandLine command("study " + name, about);
+  Request request;
   command.app()
-      .add_option("-o,--output", folder, "The folder to write optics.{csv,json,svg,html} to")
+      .add_option("-o,--output", request.folder, "The folder to write " + name + "." + files + " to")
       ->required();
-  command.app().add_flag("--quick", options.quick, "Few points and photons: seconds instead of minutes");
-  command.app().add_option("--seed", options.seed, "Of the Monte Carlo (default 1)");
+  command.app().add_flag("--quick", request.quick, "Few points and photons: seconds instead of minutes");
+  command.app().add_option("--seed", request.seed, "Of the Monte Carlo (default 1)");
   return command.Run(argc, argv, [&] {
-    ProgressBar bar("study optics");
-    const OpticsStudy study = RunOpticsStudy(options, bar.Function());
-    WriteOpticsStudy(folder, study);
+    ProgressBar bar("study " + name);
+    const Judged judged = run(request, bar.Function());
     Outcome outcome;
-    outcome.code = study.AllHold() ? ExitCode::kSuccess : ExitCode::kGoalNotReached;
-    for (const OpticsVerdict& v : study.verdicts) {
+    outcome.code = AllHold(judged.verdicts) ? ExitCode::kSuccess : ExitCode::kGoalNotReached;
+    outcome.text = judged.text;
+    for (const Verdict& v : judged.verdicts) {
       outcome.text += (v.holds() ? "holds  " : "FAILS  ") + v.claim + ": " + FormatValue(v.worst) +
                       " (limit " + FormatValue(v.limit) + ")\n";
     }
-    outcome.text += (folder / "optics.html").string() + "\n";
-    outcome.fill_json = [study, folder](nlohmann::json& json) {
-      json = {{"page", (folder / "optics.html").string()}, {"verdicts", nlohmann::json::array()}};
-      for (const OpticsVerdict& v : study.verdicts) {
-        json["verdicts"].push_back(
-            {{"claim", v.claim}, {"worst", v.worst}, {"limit", v.limit}, {"holds", v.holds()}});
-      }
+    outcome.text += judged.page.string() + "\n";
+    outcome.fill_json = [judged](nlohmann::json& json) {
+      json = {{"page", judged.page.string()}, {"verdicts", VerdictsAsJson(judged.verdicts)}};
     };
     return outcome;
   });
 }
 
+int RunOpticsStudyCommand(int argc, char** argv) {
+  return RunJudged(
+      argc, argv, "optics", "How wrong the optics are over mu_a, against adding-doubling and Monte Carlo.",
+      "{csv,json,svg,html}", [](const Request& request, const ProgressFunction& progress) {
+        const OpticsStudy study = RunOpticsStudy({.quick = request.quick, .seed = request.seed}, progress);
+        WriteOpticsStudy(request.folder, study);
+        return Judged{study.verdicts, {}, request.folder / "optics.html"};
+      });
+}
+
 int RunSharpnessStudyCommand(int argc, char** argv) {
-  CommandLine command("study sharpness",
-                      "How far the forward model is from Monte Carlo beside an edge, over the edge's width.");
-  std::filesystem::path folder;
-  SharpnessStudyOptions options;
-  command.app()
-      .add_option("-o,--output", folder, "The folder to write sharpness.{csv,json,svg} to")
-      ->required();
-  command.app().add_flag("--quick", options.quick, "Few edges and photons");
-  command.app().add_option("--seed", options.seed, "Of the Monte Carlo (default 1)");
-  return command.Run(argc, argv, [&] {
-    ProgressBar bar("study sharpness");
-    const SharpnessStudy study = RunSharpnessStudy(options, bar.Function());
-    WriteSharpnessStudy(folder, study);
-    Outcome outcome;
-    outcome.code = study.AllHold() ? ExitCode::kSuccess : ExitCode::kGoalNotReached;
-    for (const SharpnessPoint& p : study.points) {
-      outcome.text += fmt::format(
-          "edge {:4.1f} mean free paths wide: reciprocal {:.4f}, gather {:.4f}, as published {:.4f} (judge's "
-          "noise "
-          "{:.4f})\n",
-          p.width_per_mean_free_path, p.reciprocal.net, p.gather.net, p.published.net, p.reciprocal.noise);
-    }
-    outcome.text += (folder / "sharpness.svg").string() + "\n";
-    outcome.fill_json = [study, folder](nlohmann::json& json) {
-      json = {{"chart", (folder / "sharpness.svg").string()},
-              {"gather_edge_mean_free_paths", study.gather_edge},
-              {"holds", study.AllHold()}};
-    };
-    return outcome;
-  });
+  return RunJudged(
+      argc, argv, "sharpness",
+      "How far the forward model is from Monte Carlo beside an edge, over the edge's width.",
+      "{csv,json,svg}", [](const Request& request, const ProgressFunction& progress) {
+        const SharpnessStudy study =
+            RunSharpnessStudy({.quick = request.quick, .seed = request.seed}, progress);
+        WriteSharpnessStudy(request.folder, study);
+        std::string text;
+        for (const SharpnessPoint& p : study.points) {
+          text += fmt::format(
+              "edge {:4.1f} mean free paths wide: reciprocal {:.4f}, gather {:.4f}, as published {:.4f} "
+              "(judge's noise {:.4f})\n",
+              p.width_per_mean_free_path, p.reciprocal.net, p.gather.net, p.published.net,
+              p.reciprocal.noise);
+        }
+        return Judged{study.verdicts, text, request.folder / "sharpness.svg"};
+      });
 }
 
 struct Study {

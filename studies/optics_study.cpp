@@ -109,7 +109,7 @@ double InErrors(double value, const JudgedValue& judge) {
   return std::abs(value - judge.value) / judge.standard_error;
 }
 
-std::vector<OpticsVerdict> Judge(const OpticsStudy& study) {
+std::vector<Verdict> Judge(const OpticsStudy& study) {
   const auto& sweep = study.sweep;
   const auto& curve = study.curve;
   const auto error_of = [&](double OpticsPoint::*value) {
@@ -170,10 +170,6 @@ std::vector<OpticsPoint> SweptSkins(const std::vector<double>& mu_a_epidermis, b
 }
 
 }  // namespace
-
-bool OpticsStudy::AllHold() const {
-  return std::all_of(verdicts.begin(), verdicts.end(), [](const OpticsVerdict& v) { return v.holds(); });
-}
 
 OpticsStudy RunOpticsStudy(const OpticsStudyOptions& options, const ProgressFunction& progress) {
   OpticsStudy study;

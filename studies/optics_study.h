@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/core/progress.h"
+#include "studies/verdict.h"
 
 namespace dermap {
 
@@ -42,20 +43,13 @@ struct OpticsCurvePoint {
   JudgedValue peaked_monte_carlo;
 };
 
-struct OpticsVerdict {
-  std::string claim;
-  double worst = 0.0, limit = 0.0;
-  bool holds() const { return worst <= limit; }
-};
-
 struct OpticsStudy {
   double anisotropy = 0.8;
   std::uint64_t photons = 0, peaked_photons = 0, seed = 0;
   double curve_wavelength_nm = 550.0, curve_mu_a_dermis = 0.3, curve_junction_absorbance = 0.0175;
   std::vector<OpticsCurvePoint> curve;
   std::vector<OpticsPoint> sweep;  // over wavelengths, both layers and junctions
-  std::vector<OpticsVerdict> verdicts;
-  bool AllHold() const;
+  std::vector<Verdict> verdicts;
 };
 
 OpticsStudy RunOpticsStudy(const OpticsStudyOptions& options, const ProgressFunction& progress);

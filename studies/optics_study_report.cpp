@@ -227,30 +227,23 @@ std::string Csv(const OpticsStudy& study) {
 }
 
 nlohmann::json Json(const OpticsStudy& study) {
-  nlohmann::json json{{"study", "optics"},
-                      {"photons", study.photons},
-                      {"photons_with_peak", study.peaked_photons},
-                      {"seed", study.seed},
-                      {"anisotropy", study.anisotropy},
-                      {"curve",
-                       {{"wavelength_nm", study.curve_wavelength_nm},
-                        {"mu_a_dermis_per_mm", study.curve_mu_a_dermis},
-                        {"junction_absorbance", study.curve_junction_absorbance},
-                        {"points", study.curve.size()}}},
-                      {"sweep_points", study.sweep.size()},
-                      {"verdicts", nlohmann::json::array()}};
-  for (const OpticsVerdict& verdict : study.verdicts) {
-    json["verdicts"].push_back({{"claim", verdict.claim},
-                                {"worst", verdict.worst},
-                                {"limit", verdict.limit},
-                                {"holds", verdict.holds()}});
-  }
-  return json;
+  return {{"study", "optics"},
+          {"photons", study.photons},
+          {"photons_with_peak", study.peaked_photons},
+          {"seed", study.seed},
+          {"anisotropy", study.anisotropy},
+          {"curve",
+           {{"wavelength_nm", study.curve_wavelength_nm},
+            {"mu_a_dermis_per_mm", study.curve_mu_a_dermis},
+            {"junction_absorbance", study.curve_junction_absorbance},
+            {"points", study.curve.size()}}},
+          {"sweep_points", study.sweep.size()},
+          {"verdicts", VerdictsAsJson(study.verdicts)}};
 }
 
 std::string Page(const OpticsStudy& study) {
   std::vector<std::vector<std::string>> verdicts{{"claim", "worst", "limit", ""}};
-  for (const OpticsVerdict& v : study.verdicts) {
+  for (const Verdict& v : study.verdicts) {
     verdicts.push_back(
         {EscapeHtml(v.claim), FormatValue(v.worst), FormatValue(v.limit), v.holds() ? "holds" : "FAILS"});
   }

@@ -79,10 +79,6 @@ nlohmann::json Json(const StripMisfit& m) {
 
 }  // namespace
 
-bool SharpnessStudy::AllHold() const {
-  return std::all_of(verdicts.begin(), verdicts.end(), [](const auto& v) { return v.holds(); });
-}
-
 SharpnessStudy RunSharpnessStudy(const SharpnessStudyOptions& options, const ProgressFunction& progress) {
   SharpnessStudy study;
   study.seed = options.seed;
@@ -122,7 +118,7 @@ void WriteSharpnessStudy(const std::filesystem::path& folder, const SharpnessStu
                       {"seed", study.seed},
                       {"gather_edge_mean_free_paths", study.gather_edge},
                       {"points", nlohmann::json::array()},
-                      {"verdicts", nlohmann::json::array()}};
+                      {"verdicts", VerdictsAsJson(study.verdicts)}};
   std::string csv =
       "# relative misfit to Monte Carlo of a strip with an edge of C_m 0.05 | 0.3, 560 nm; net: without the "
       "judge's noise\n"
@@ -138,9 +134,6 @@ void WriteSharpnessStudy(const std::filesystem::path& folder, const SharpnessStu
                        p.width_per_mean_free_path, p.reciprocal.noise, p.reciprocal.net, p.reciprocal.worst,
                        p.gather.net, p.gather.worst, p.published.net, p.published.worst);
   }
-  for (const SharpnessVerdict& v : study.verdicts)
-    json["verdicts"].push_back(
-        {{"claim", v.claim}, {"worst", v.worst}, {"limit", v.limit}, {"holds", v.holds()}});
   const std::vector<TitledChart> charts{
       {"Beside an edge of melanin: rms over the strip",
        ErrorChart(study, &StripMisfit::net, "rms error without the judge's noise, %")},

@@ -10,6 +10,7 @@
 
 #include "common/core/progress.h"
 #include "studies/judged_strip.h"
+#include "studies/verdict.h"
 
 namespace dermap {
 
@@ -24,20 +25,13 @@ struct SharpnessPoint {
   StripMisfit reciprocal, gather, published;  // exact optics in both couplings; [D08]'s multipole, gathering
 };
 
-struct SharpnessVerdict {
-  std::string claim;
-  double worst = 0.0, limit = 0.0;
-  bool holds() const { return worst <= limit; }
-};
-
 struct SharpnessStudy {
   double wavelength_nm = 560.0;
   std::uint64_t photons = 0, seed = 0;
   std::vector<SharpnessPoint> points;
-  std::vector<SharpnessVerdict> verdicts;
+  std::vector<Verdict> verdicts;
   // Narrowest edge, in mean free paths, from which on gather coupling is within 2 %; 0 if it never is.
   double gather_edge = 0.0;
-  bool AllHold() const;
 };
 
 SharpnessStudy RunSharpnessStudy(const SharpnessStudyOptions& options, const ProgressFunction& progress);

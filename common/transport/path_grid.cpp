@@ -17,9 +17,12 @@ namespace {
 constexpr int kGranule = 8;  // a grid four times coarser still has even sides
 // On each side, where what arrives is lost. Mirrored light crosses it twice before it is back in the skin;
 // what the mirror gives too much and the lost skin too little nearly cancel at this width (window_test.cpp).
-constexpr double kRim_mm = 1.0;
+constexpr double kRim_mm = 1.3;
 constexpr double kRimBeyondMargin_mm = 0.35;
-constexpr double kNear_mm = 0.75;  // one passage of the epidermis leaves less than 1e-3 of its light beyond
+// How far around the patch one passage of the epidermis is followed; a caller who asks for more skin than the
+// default gets more of this, too.
+constexpr double kNear_mm = 1.0;
+constexpr double kNearShare = 0.4;  // of the margin
 constexpr int kRadialSamples = 1024;
 constexpr double kTurn_per_mm = 0.1;  // samples are spaced like k below, like log k above
 constexpr double kLastRadial_per_mm = 2000.0;
@@ -112,7 +115,7 @@ PathLayout MakePathLayout(int patch_width, int patch_height, double pixel_size_m
     return domain;
   };
   PathLayout layout;
-  const int around = pixels(std::min(margin_mm, kNear_mm));
+  const int around = pixels(std::min(margin_mm, std::max(kNear_mm, kNearShare * margin_mm)));
   const int near_width = TransformSize(patch_width + 2 * around);
   const int near_height = TransformSize(patch_height + 2 * around);
   layout.near = centred(near_width, near_height, patch_width, patch_height, 1);

@@ -44,7 +44,7 @@ refuses() {
   check_nothing_half_written "$name"
 }
 
-# accepts CODES NAME -- ARGS...: the command ends with one of these exit codes ("0|1").
+# accepts CODES -- ARGS...: the command ends with one of these exit codes ("0|1").
 accepts() {
   local codes=$1 ok
   shift 2

@@ -13,6 +13,7 @@
 #include "acquire/emulator/ptp_usb.h"
 #include "acquire/emulator/unplugger.h"
 #include "acquire/emulator/usb_bus.h"
+#include "tests/acquire/devices/patience.h"
 
 namespace dermap {
 namespace {
@@ -21,14 +22,6 @@ using namespace std::chrono_literals;
 using emulator::EosFault;
 using testing::HasSubstr;
 
-constexpr CameraPatience kQuick{.plug_in = 5000ms,
-                                .answer = 400ms,
-                                .call = 4000ms,
-                                .file = 1500ms,
-                                .quiet = 300ms,
-                                .shutter = 5ms,
-                                .first_pause = 20ms,
-                                .attempts = 6};
 constexpr std::size_t kFileBytes = 2'500'000;  // in three parts, and no multiple of a packet
 
 class CameraOnUsb : public testing::Test {
@@ -74,7 +67,7 @@ class CameraOnUsb : public testing::Test {
   emulator::EosCamera eos_{[this](double ms, int iso) { return FileOfShot(ms, iso); }, {}};
   emulator::PtpUsb usb_{eos_};
   emulator::Unplugger unplugger_{bus_};
-  Gphoto2Camera camera_{{}, kQuick};
+  Gphoto2Camera camera_{{}, kQuickCamera};
   std::vector<FaultKind> overcome_;
 };
 
@@ -158,7 +151,7 @@ TEST_F(CameraOnUsb, GoesOnWhenItsHelperIsKilled) {
 // A desktop service, or a second capture.
 TEST_F(CameraOnUsb, IsToldToBeInUseByAnotherProgram) {
   camera_.Connect();
-  CameraPatience short_patience = kQuick;
+  CameraPatience short_patience = kQuickCamera;
   short_patience.attempts = 2;
   Gphoto2Camera second({}, short_patience);
   try {
@@ -172,7 +165,7 @@ TEST_F(CameraOnUsb, IsToldToBeInUseByAnotherProgram) {
 
 TEST_F(CameraOnUsb, ThatIsMissingIsAFaultThatSaysSo) {
   bus_.Unplug(usb_);
-  CameraPatience short_patience = kQuick;
+  CameraPatience short_patience = kQuickCamera;
   short_patience.plug_in = 200ms;
   short_patience.attempts = 1;
   Gphoto2Camera camera({}, short_patience);
@@ -218,7 +211,7 @@ class CameraOnNetwork : public testing::Test {
                            },
                            {}};
   emulator::PtpIp network_{eos_, lock_};
-  Gphoto2Camera camera_{Choice(network_.port()), kQuick};
+  Gphoto2Camera camera_{Choice(network_.port()), kQuickCamera};
 };
 
 TEST_F(CameraOnNetwork, GivesTheFileOfEachShot) {

@@ -16,6 +16,7 @@
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
 #include "common/files/session_journal.h"
+#include "tests/acquire/devices/patience.h"
 #include "tests/acquire/support.h"
 
 namespace dermap {
@@ -25,14 +26,6 @@ using namespace std::chrono_literals;
 using acquire_test::TemporaryFolder;
 using testing::HasSubstr;
 
-constexpr CameraPatience kQuickCamera{.plug_in = 5000ms,
-                                      .answer = 400ms,
-                                      .call = 4000ms,
-                                      .file = 1500ms,
-                                      .quiet = 300ms,
-                                      .shutter = 5ms,
-                                      .first_pause = 20ms,
-                                      .attempts = 6};
 constexpr WheelTiming kQuickWheel{.plug_in = 1000ms, .answer = 150ms, .per_slot = 20ms, .poll = 5ms};
 constexpr std::size_t kMostQuestions = 12;  // a session that asks more does not come to an end
 constexpr double kSameLight = 0.02;         // of the range: a hundred times what the noise of a mean is

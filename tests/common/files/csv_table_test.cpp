@@ -22,12 +22,7 @@ class Csv : public ::testing::Test {
     return ReadCsv(path_);
   }
   std::string Refusal(const std::string& text) {
-    try {
-      Read(text);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return SentenceOf<InputError>([&] { Read(text); });
   }
   TemporaryFolder folder_;
   std::filesystem::path path_ = folder_.path() / "grid.csv";

@@ -21,12 +21,7 @@ class Grid : public ::testing::Test {
     return ReadOpticsGrid(path_, config);
   }
   std::string Refusal(const std::string& text) {
-    try {
-      Read(text);
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "accepted";
+    return SentenceOf<InputError>([&] { Read(text); });
   }
   TemporaryFolder folder_;
   std::filesystem::path path_ = folder_.path() / "grid.csv", out_ = folder_.path() / "out.csv";
