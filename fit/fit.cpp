@@ -79,7 +79,7 @@ Outcome RunDescent(PatchProblem& problem, const FitOptions& options, RunLog& log
   log.Decide(Format(
       "Degrees of freedom: data less %.1f parameters a fitted pixel, the share of %d that simulated fits "
       "adapted to.",
-      kAdaptedShare * problem.space().count(), problem.space().count()));
+      descent.state.misfit.adapted_share * problem.space().count(), problem.space().count()));
   return {std::move(descent.state), descent.converged, std::nullopt};
 }
 

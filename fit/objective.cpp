@@ -12,6 +12,7 @@ Misfit Evaluate(const FitData& data, const std::vector<PlaneF>& predicted) {
   assert(predicted.size() == data.measured.size());
   Misfit misfit;
   misfit.chi2_map = Plane<double>(data.width(), data.height());
+  misfit.adapted_share = AdaptedShare(data.conditions.pixel_size_mm);
   double square_sum = 0.0;
   for (int b = 0; b < data.band_count(); ++b) {
     double band_sum = 0.0;
@@ -35,8 +36,12 @@ Misfit Evaluate(const FitData& data, const std::vector<PlaneF>& predicted) {
   return misfit;
 }
 
+double AdaptedShare(double pixel_size_mm) {
+  return std::clamp(0.75 * std::pow(pixel_size_mm / 0.234, 0.55), 0.2, 0.8);
+}
+
 double Misfit::DegreesOfFreedom(int free_count) const {
-  const double adapted = kAdaptedShare * free_count * static_cast<double>(pixel_count);
+  const double adapted = adapted_share * free_count * static_cast<double>(pixel_count);
   return std::max(static_cast<double>(data_count) - adapted, 1.0);
 }
 

@@ -10,14 +10,17 @@
 
 namespace dermap {
 
-// Share of the free parameters that follow the noise: the blur of the skin hides the rest. The noise probe
-// (fit/fast.h) found 0.6 to 0.75 in simulated light and medium skin at 64^2 and 8 bands.
-inline constexpr double kAdaptedShare = 0.6;
+// Share of the free parameters that follow the noise: skin blurs, so the smaller the pixels, the less of a
+// pixel's own noise can be followed. The noise probe (fit/fast.h) found, of 5 parameters and 8 bands in the
+// three recorded samples, 0.69 to 0.80 at pixels of 0.234 mm, 0.46 to 0.59 at 0.117 mm, 0.21 to 0.42 at 0.059
+// mm and 0.22 to 0.26 at 0.029 mm. Between and beyond them a power law, held within what was measured.
+double AdaptedShare(double pixel_size_mm);
 
 struct Misfit {
   double chi2 = 0.0;           // sum of ((measured - predicted) / sigma)^2 over the data of the fitted pixels
   std::size_t data_count = 0;  // as many
   std::size_t pixel_count = 0;  // fitted pixels
+  double adapted_share = 0.0;   // AdaptedShare of the data's pixels
   double rms = 0.0;             // of measured - predicted, reflectance
   std::vector<double> rms_per_band;
   Plane<double> chi2_map;  // the sum over the bands of each pixel; 0 where masked
