@@ -35,7 +35,7 @@ struct PathLayout {
   Domain whole;  // near (as its `patch`), and around it the skin that light comes back from below
   Region skin;   // of whole: beyond it what arrives is lost
 };
-// At least `margin_mm` of skin around the patch; where `lossy`, a rim beyond it that takes what arrives.
+// A little more than `margin_mm` around the patch; where `lossy`, its outer part only takes what arrives.
 PathLayout MakePathLayout(int patch_width, int patch_height, double pixel_size_mm, double margin_mm,
                           bool lossy);
 

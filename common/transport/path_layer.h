@@ -8,8 +8,8 @@
 // absorption; S is a Gaussian as wide as such a half strays (kSpread), so an end is the mean of its
 // neighbourhood's transmittances: light that survives is light that strayed to where it is bright. [D08 4.1]
 // takes the absorption at the exit alone for the whole path, which is not reciprocal and, against Monte
-// Carlo, eight times as far off at a sharp edge (docs/optics.md); it is kept as Coupling::kGather, P(x, x') =
-// sum_j exp(-mu_a(x) L_j) p_j(x - x').
+// Carlo, far from it at a sharp edge (docs/heterogeneous_skin.md); it is kept as Coupling::kGather, P(x, x')
+// = sum_j exp(-mu_a(x) L_j) p_j(x - x').
 #pragma once
 
 #include <vector>
