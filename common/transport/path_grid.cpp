@@ -122,7 +122,8 @@ PathLayout MakePathLayout(int patch_width, int patch_height, double pixel_size_m
   const int margin = pixels(margin_mm) + (lossy ? pixels(kRimBeyondMargin_mm) : 0);
   const int width = TransformSize(std::max(near_width, patch_width + 2 * margin));
   const int height = TransformSize(std::max(near_height, patch_height + 2 * margin));
-  layout.whole = centred(width, height, near_width, near_height, kGranule);
+  layout.whole =
+      centred(width, height, near_width, near_height, kGranule / 2);  // in the middle: both are of granules
   const int rim_x = lossy ? std::min(pixels(kRim_mm), (width - patch_width) / 2) : 0;
   const int rim_y = lossy ? std::min(pixels(kRim_mm), (height - patch_height) / 2) : 0;
   layout.skin = {rim_x, rim_y, width - 2 * rim_x, height - 2 * rim_y};

@@ -28,8 +28,8 @@ class RadialTransform {
   std::vector<float> samples_;
 };
 
-// Which pixels take part. Distances in fine pixels; `whole` and its position of `near` are multiples of 8, so
-// that grids up to 4 times coarser share borders with them.
+// Which pixels take part. In fine pixels the sides of both are multiples of 8 and the position of `near` in
+// `whole` is one of 4, so that grids up to 4 times coarser share borders with them and have even sides.
 struct PathLayout {
   Domain near;   // the patch, and around it what one passage of the epidermis carries light from
   Domain whole;  // near (as its `patch`), and around it the skin that light comes back from below
