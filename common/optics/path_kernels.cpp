@@ -64,6 +64,18 @@ std::vector<std::vector<float>> RowsOf(const Matrix& coefficients) {
   return rows;
 }
 
+// Values (absorptions x frequencies) by exponentials (absorptions x lengths). The error counts what single
+// precision makes of terms that nearly cancel: too many lengths are no better than too few.
+PathFit FitSamples(const Matrix& values, const Matrix& exponentials) {
+  constexpr double kRounding = 2e-7;
+  const Eigen::VectorXd weights = values.col(0).cwiseMax(kFloor).cwiseInverse();
+  const Matrix coefficients = Fit(exponentials, values, weights);
+  const Matrix misfit =
+      (exponentials * coefficients - values).cwiseAbs() + kRounding * exponentials * coefficients.cwiseAbs();
+  const Eigen::RowVectorXd errors = (weights.asDiagonal() * misfit).colwise().maxCoeff();
+  return {RowsOf(coefficients), {errors.begin(), errors.end()}};
+}
+
 }  // namespace
 
 std::vector<double> TransformTable::At(double mu_a) const {
@@ -82,28 +94,33 @@ std::vector<double> TransformTable::At(double mu_a) const {
   return values;
 }
 
+PathFit FitPaths(const TransformTable& response, std::span<const double> lengths_mm, double lowest,
+                 double highest) {
+  assert(lowest > 0.0 && highest >= lowest);
+  const std::vector<double> samples = Geometric(lowest, highest, kSamples);
+  return FitSamples(ValuesAt(response, samples), Exponentials(samples, lengths_mm));
+}
+
 ScenePaths ReducePaths(std::span<const TransformTable* const> responses, double lowest, double highest,
                        double tolerance) {
   assert(lowest > 0.0 && highest >= lowest);
   const std::vector<double> samples = Geometric(lowest, highest, kSamples);
   std::vector<Matrix> values;
   for (const TransformTable* response : responses) values.push_back(ValuesAt(*response, samples));
-  ScenePaths paths;
+  ScenePaths best;
   for (int count = 1; count <= kMostPaths; ++count) {
+    ScenePaths paths;
     paths.lengths_mm = Geometric(kShortestDepth / highest, kLongestDepth / lowest, count);
     const Matrix few = Exponentials(samples, paths.lengths_mm);
-    paths.error = 0.0;
-    paths.kernels.clear();
     for (const Matrix& value : values) {
-      const Eigen::VectorXd weights = value.col(0).cwiseMax(kFloor).cwiseInverse();
-      const Matrix coefficients = Fit(few, value, weights);
-      const Matrix misfit = weights.asDiagonal() * (few * coefficients - value);
-      paths.error = std::max(paths.error, misfit.cwiseAbs().maxCoeff());
-      paths.kernels.push_back(RowsOf(coefficients));
+      PathFit fit = FitSamples(value, few);
+      paths.error = std::max(paths.error, *std::max_element(fit.errors.begin(), fit.errors.end()));
+      paths.kernels.push_back(std::move(fit.kernels));
     }
-    if (paths.error <= tolerance) break;
+    if (count == 1 || paths.error < best.error) best = std::move(paths);
+    if (best.error <= tolerance) break;
   }
-  return paths;
+  return best;
 }
 
 }  // namespace dermap

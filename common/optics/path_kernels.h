@@ -39,7 +39,16 @@ struct ScenePaths {
 
   int count() const { return static_cast<int>(lengths_mm.size()); }
 };
-// Between mu_a `lowest` and `highest` (1/mm), with an error of at most `tolerance` or kMostPaths lengths.
+// One response by given path lengths, and the largest error at each frequency, relative as above.
+struct PathFit {
+  std::vector<std::vector<float>> kernels;  // [path][frequency]
+  std::vector<double> errors;               // [frequency]
+};
+PathFit FitPaths(const TransformTable& response, std::span<const double> lengths_mm, double lowest,
+                 double highest);
+
+// Between mu_a `lowest` and `highest` (1/mm): as few lengths as have an error of at most `tolerance`, or,
+// where none has, the best of up to kMostPaths.
 inline constexpr int kMostPaths = 16;
 ScenePaths ReducePaths(std::span<const TransformTable* const> responses, double lowest, double highest,
                        double tolerance);

@@ -7,7 +7,8 @@
 #include <vector>
 
 #include "common/transport/band_optics.h"
-#include "common/transport/path_series.h"
+#include "common/transport/filter_width.h"
+#include "common/transport/paths/path_light.h"
 #include "common/transport/scattering_series.h"
 
 namespace dermap {
@@ -15,35 +16,37 @@ namespace dermap {
 // Keeps its memory between renders of patches of one shape; one a thread.
 class BandRenderer {
  public:
-  BandRenderer(int width, int height, const ImagingConditions& conditions, const ForwardOptions& options);
+  // `plans` are shared by the model's renderers.
+  BandRenderer(int width, int height, const ImagingConditions& conditions, const ForwardOptions& options,
+               PathPlans& plans);
   bool Fits(int width, int height) const { return width_ == width && height_ == height; }
 
   // Hemispherical reflectance of the patch. `light` may be null (1 everywhere); `junction_absorbance` may be
   // null
   // (`base_absorbance` everywhere).
-  PlaneF Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const ParameterMaps& maps,
-                const PlaneF* junction_absorbance, double base_absorbance, const PlaneF* light);
+  PlaneF Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const FilterWidth& width,
+                const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
+                const PlaneF* light);
 
  private:
-  const Domain& domain() const { return path_series_ ? path_series_->domain() : gaussian_series_->domain(); }
+  const Domain& domain() const { return path_light_ ? path_light_->domain() : gaussian_series_->domain(); }
   void SetLight(const PlaneF* light);
   void SetTransmittance(const PlaneF* junction_absorbance, double base_absorbance);
   void SetAbsorption(const Absorbers& absorbers, const ParameterMaps& maps);
   void RenderNode(const BandOptics& band, int node, const LocalTotals& totals, const ParameterMaps& maps,
                   PlaneF& out);
-  void CorrectForWidth(const BandOptics& band, const std::vector<LocalTotals>& totals,
-                       const ParameterMaps& maps, PlaneF& out);
 
   int width_, height_;
   ImagingConditions conditions_;
   ForwardOptions options_;
+  PathPlans& plans_;
   // One of them, by the engine.
   std::unique_ptr<ScatteringSeries> gaussian_series_;
-  std::unique_ptr<PathSeries> path_series_;
+  std::unique_ptr<PathLight> path_light_;
   PlaneF mu_a_epidermis_, mu_a_dermis_;  // 1/mm
   PlaneF transmittance_;                 // A of the junction
   PlaneF light_;                         // on the whole domain
-  PlaneF node_reflectance_, center_reflectance_;
+  PlaneF node_reflectance_;
 };
 
 }  // namespace dermap

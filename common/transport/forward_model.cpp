@@ -12,6 +12,7 @@
 #include "common/optics/fresnel.h"
 #include "common/transport/band_optics.h"
 #include "common/transport/band_renderer.h"
+#include "common/transport/filter_width.h"
 #include "common/transport/render_checks.h"
 
 namespace dermap {
@@ -23,7 +24,9 @@ struct ForwardModel::Impl {
   float exit_angle_factor = 1.0f;
   std::vector<BandOptics> optics;
   std::vector<std::vector<LocalTotals>> totals;  // [band][node]
+  std::vector<FilterWidth> widths;               // [band]
 
+  PathPlans plans;
   std::mutex mutex;
   std::vector<std::unique_ptr<BandRenderer>> idle;  // guarded by mutex
 
@@ -42,7 +45,7 @@ std::unique_ptr<BandRenderer> ForwardModel::Impl::Take(int width, int height) {
       return renderer;
     }
   }
-  return std::make_unique<BandRenderer>(width, height, conditions, options);
+  return std::make_unique<BandRenderer>(width, height, conditions, options, plans);
 }
 
 void ForwardModel::Impl::GiveBack(std::unique_ptr<BandRenderer> renderer) {
@@ -54,8 +57,8 @@ PlaneF ForwardModel::Impl::Render(int band, const ParameterMaps& maps, const Pla
   const auto& planes = maps.junction_absorbance;
   const PlaneF* absorbance = planes.empty() ? nullptr : &planes[planes.size() == 1 ? 0 : band];
   std::unique_ptr<BandRenderer> renderer = Take(maps.width(), maps.height());
-  PlaneF out =
-      renderer->Render(optics[band], totals[band], maps, absorbance, tissue.junction_absorbance, light);
+  PlaneF out = renderer->Render(optics[band], totals[band], widths[band], maps, absorbance,
+                                tissue.junction_absorbance, light);
   GiveBack(std::move(renderer));
   if (exit_angle_factor != 1.0f) {
     for (float& value : out.values()) value *= exit_angle_factor;
@@ -82,6 +85,10 @@ ForwardModel::ForwardModel(const Chromophores& chromophores, const ProfileSource
     std::vector<LocalTotals>& totals = impl_->totals.emplace_back();
     for (const BandOptics::Node& node : band.nodes) totals.emplace_back(node.tables);
   }
+  impl_->widths.resize(bands.size());
+  ParallelFor(static_cast<int>(bands.size()), [&](int band) {
+    if (!options.full_band_integration) impl_->widths[band] = FilterWidth(impl_->optics[band]);
+  });
 }
 
 ForwardModel::ForwardModel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -98,6 +105,7 @@ ForwardModel ForwardModel::With(const ImagingConditions& conditions) const {
       ExitAngleFactor(conditions.geometry, impl->tissue.n_outside, impl->tissue.n_epidermis));
   impl->optics = impl_->optics;
   impl->totals = impl_->totals;
+  impl->widths = impl_->widths;
   return ForwardModel(std::move(impl));
 }
 

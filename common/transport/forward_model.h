@@ -21,7 +21,7 @@ enum class Engine {
   kCascade,  // the paper's: 18 separable blurs at full resolution, each made from the last; the slow twin for
              // ever
   kPyramid,  // the same sum with wide Gaussians at reduced resolution
-  kLowRank,  // a few path lengths instead of Gaussians, by cosine transforms on two grids
+  kLowRank,  // a few path lengths instead of Gaussians, on ever coarser grids
 };
 std::string_view EngineName(Engine engine);  // "cascade", "pyramid", "lowrank"
 // Throws InputError that lists the known names.
@@ -36,7 +36,7 @@ inline constexpr int kAutomaticTerms = -1;
 struct ForwardOptions {
   Engine engine = Engine::kLowRank;
   Coupling coupling = Coupling::kReciprocal;  // of the engine `lowrank`
-  double path_tolerance = 2e-4;               // of a response's transform over its total, by few path lengths
+  double path_tolerance = 1e-3;               // of a response's transform over its total, by few path lengths
   // Terms of [D08 eq. 7] after Phi * R1+. Automatic: for each band as many as the lightest skin needs (3 to
   // 6; the paper takes 4 for blue light, 5 for green and red), whatever the scene, so that a render is a
   // smooth function of its maps.
