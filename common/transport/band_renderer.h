@@ -28,6 +28,15 @@ class BandRenderer {
                 const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
                 const PlaneF* light);
 
+  // Of the last render, which must have been one of the engine `lowrank` at the band's centre (not of the
+  // full band): the change of the reflectance under a change of the maps, and the derivatives of the sum of
+  // weights * reflectance by the maps. A plane of `change` may be empty; of the junction there is one or
+  // none.
+  PlaneF Tangent(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
+                 const ParameterMaps& change, const PlaneF* junction_change);
+  void Transpose(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps, PlaneF weights,
+                 ParameterMaps& derivatives, PlaneF& junction_derivative);
+
  private:
   const Domain& domain() const { return path_light_ ? path_light_->domain() : gaussian_series_->domain(); }
   void SetLight(const PlaneF* light);
@@ -47,6 +56,7 @@ class BandRenderer {
   PlaneF transmittance_;                 // A of the junction
   PlaneF light_;                         // on the whole domain
   PlaneF node_reflectance_;
+  PlaneF center_reflectance_;  // before the filter's width
 };
 
 }  // namespace dermap

@@ -13,6 +13,7 @@
 #include "common/transport/band_optics.h"
 #include "common/transport/band_renderer.h"
 #include "common/transport/filter_width.h"
+#include "common/transport/plane_math.h"
 #include "common/transport/render_checks.h"
 
 namespace dermap {
@@ -32,7 +33,10 @@ struct ForwardModel::Impl {
 
   std::unique_ptr<BandRenderer> Take(int width, int height);
   void GiveBack(std::unique_ptr<BandRenderer> renderer);
-  PlaneF Render(int band, const ParameterMaps& maps, const PlaneF* light);
+  static const PlaneF* JunctionOf(int band, const ParameterMaps& maps);
+  template <class Use>
+  void RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light, const Use& use);
+  void CheckDerivatives() const;
 };
 
 std::unique_ptr<BandRenderer> ForwardModel::Impl::Take(int width, int height) {
@@ -53,17 +57,22 @@ void ForwardModel::Impl::GiveBack(std::unique_ptr<BandRenderer> renderer) {
   idle.push_back(std::move(renderer));
 }
 
-PlaneF ForwardModel::Impl::Render(int band, const ParameterMaps& maps, const PlaneF* light) {
+const PlaneF* ForwardModel::Impl::JunctionOf(int band, const ParameterMaps& maps) {
   const auto& planes = maps.junction_absorbance;
-  const PlaneF* absorbance = planes.empty() ? nullptr : &planes[planes.size() == 1 ? 0 : band];
+  return planes.empty() ? nullptr : &planes[planes.size() == 1 ? 0 : band];
+}
+
+// Renders a band and hands the renderer, which remembers it, and the reflectance to `use`.
+template <class Use>
+void ForwardModel::Impl::RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light,
+                                   const Use& use) {
   std::unique_ptr<BandRenderer> renderer = Take(maps.width(), maps.height());
-  PlaneF out = renderer->Render(optics[band], totals[band], widths[band], maps, absorbance,
-                                tissue.junction_absorbance, light);
+  const PlaneF* lit = light.empty() ? nullptr : &light[light.size() == 1 ? 0 : band];
+  PlaneF out = renderer->Render(optics[band], totals[band], widths[band], maps, JunctionOf(band, maps),
+                                tissue.junction_absorbance, lit);
+  if (exit_angle_factor != 1.0f) Scaled(out, exit_angle_factor, out);
+  use(*renderer, std::move(out));
   GiveBack(std::move(renderer));
-  if (exit_angle_factor != 1.0f) {
-    for (float& value : out.values()) value *= exit_angle_factor;
-  }
-  return out;
 }
 
 ForwardModel::ForwardModel(const Chromophores& chromophores, const ProfileSource& source,
@@ -133,8 +142,8 @@ std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<co
   CheckLight(light, maps, band_count());
   std::vector<PlaneF> reflectance(band_count());
   ParallelFor(band_count(), [&](int band) {
-    reflectance[band] =
-        impl_->Render(band, maps, light.empty() ? nullptr : &light[light.size() == 1 ? 0 : band]);
+    impl_->RenderAnd(band, maps, light,
+                     [&](BandRenderer&, PlaneF out) { reflectance[band] = std::move(out); });
   });
   return reflectance;
 }
@@ -142,8 +151,65 @@ std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<co
 PlaneF ForwardModel::RenderBand(int band, const ParameterMaps& maps, const PlaneF* light) const {
   assert(band >= 0 && band < band_count());
   CheckMaps(maps, band_count());
-  if (light) CheckLight({light, 1}, maps, band_count());
-  return impl_->Render(band, maps, light);
+  const std::span<const PlaneF> lights{light, light ? std::size_t{1} : std::size_t{0}};
+  CheckLight(lights, maps, band_count());
+  PlaneF reflectance;
+  impl_->RenderAnd(band, maps, lights, [&](BandRenderer&, PlaneF out) { reflectance = std::move(out); });
+  return reflectance;
+}
+
+void ForwardModel::Impl::CheckDerivatives() const {
+  if (options.engine == Engine::kLowRank && !options.full_band_integration) return;
+  throw InputError(
+      "derivatives of a render are those of the engine 'lowrank' with one wavelength a band, but the "
+      "engine is '" +
+      std::string(EngineName(options.engine)) +
+      (options.full_band_integration ? "' with full-band integration" : "'"));
+}
+
+std::vector<PlaneF> ForwardModel::Tangent(const ParameterMaps& maps, const ParameterMaps& change,
+                                          std::span<const PlaneF> light) const {
+  impl_->CheckDerivatives();
+  CheckMaps(maps, band_count());
+  CheckLight(light, maps, band_count());
+  std::vector<PlaneF> changes(band_count());
+  ParallelFor(band_count(), [&](int band) {
+    impl_->RenderAnd(band, maps, light, [&](BandRenderer& renderer, const PlaneF&) {
+      changes[band] = renderer.Tangent(impl_->optics[band], impl_->widths[band], maps, change,
+                                       Impl::JunctionOf(band, change));
+      Scaled(changes[band], impl_->exit_angle_factor, changes[band]);
+    });
+  });
+  return changes;
+}
+
+ParameterMaps ForwardModel::Transpose(const ParameterMaps& maps, const WeighFunction& weigh,
+                                      std::span<const PlaneF> light) const {
+  impl_->CheckDerivatives();
+  CheckMaps(maps, band_count());
+  CheckLight(light, maps, band_count());
+  std::vector<ParameterMaps> of_band(band_count());
+  std::vector<PlaneF> junction(band_count());
+  ParallelFor(band_count(), [&](int band) {
+    impl_->RenderAnd(band, maps, light, [&](BandRenderer& renderer, const PlaneF& reflectance) {
+      PlaneF weights = weigh(band, reflectance);
+      Scaled(weights, impl_->exit_angle_factor, weights);
+      renderer.Transpose(impl_->optics[band], impl_->widths[band], maps, std::move(weights), of_band[band],
+                         junction[band]);
+    });
+  });
+  ParameterMaps sum = std::move(of_band[0]);  // in the bands' order: the same for any number of threads
+  for (int band = 1; band < band_count(); ++band)
+    for (int k = 0; k < kParameterCount; ++k) AddTo(of_band[band].planes[k], sum.planes[k]);
+  const std::size_t junctions = maps.junction_absorbance.size();
+  if (junctions == 0) return sum;
+  if (junctions > 1) {
+    sum.junction_absorbance = std::move(junction);
+    return sum;
+  }
+  for (int band = 1; band < band_count(); ++band) AddTo(junction[band], junction[0]);
+  sum.junction_absorbance = {std::move(junction[0])};
+  return sum;
 }
 
 double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double junction_absorbance) const {

@@ -3,6 +3,7 @@
 // out.
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
@@ -88,6 +89,20 @@ class ForwardModel {
   // Throws InputError where the planes do not fit together or hold values that are not finite.
   std::vector<PlaneF> Render(const ParameterMaps& maps, std::span<const PlaneF> light = {}) const;
   PlaneF RenderBand(int band, const ParameterMaps& maps, const PlaneF* light = nullptr) const;
+
+  // Derivatives of the render, exact to rounding; of the engine `lowrank`, without full_band_integration
+  // (InputError otherwise). `junction_absorbance` of maps and results has as many planes as that of `maps`.
+  //
+  // The change of the reflectance, one plane a band, under a change of the maps: the product with the
+  // Jacobian. Planes of `change` may be empty: no change.
+  std::vector<PlaneF> Tangent(const ParameterMaps& maps, const ParameterMaps& change,
+                              std::span<const PlaneF> light = {}) const;
+  // The derivatives by the maps of the sum over bands and pixels of weights * reflectance: the product with
+  // the Jacobian's transpose. `weigh` is told every band's reflectance once it is rendered, in any order and
+  // from several threads, and gives the band's weights.
+  using WeighFunction = std::function<PlaneF(int band, const PlaneF& reflectance)>;
+  ParameterMaps Transpose(const ParameterMaps& maps, const WeighFunction& weigh,
+                          std::span<const PlaneF> light = {}) const;
 
   // Reflectance of uniform skin under wide light in this geometry (closed form, no lateral transport),
   // filter's width included; the gradient is by the five parameters.

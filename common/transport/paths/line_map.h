@@ -70,6 +70,8 @@ class PlaneMap {
   PlaneMap(LineMap along_x, LineMap along_y) : x_(std::move(along_x)), y_(std::move(along_y)) {}
   PlaneMap Transposed() const { return {x_.Transposed(), y_.Transposed()}; }
   PlaneMap Scaled(float factor) const { return {x_.Scaled(factor), y_.Scaled(factor)}; }  // factor^2 in all
+  int width() const { return x_.outputs(); }  // of what Apply gives
+  int height() const { return y_.outputs(); }
   void Apply(const PlaneF& in, PlaneF& out);
 
  private:

@@ -5,55 +5,27 @@
 #include <algorithm>
 #include <cmath>
 
-#include "common/core/kernel.h"
+#include "common/transport/paths/attenuation.h"
 
 namespace dermap {
 namespace {
 
-DERMAP_KERNEL
-void MultiplyBy(const float* factor, std::size_t n, float* __restrict values) noexcept {
-  for (std::size_t i = 0; i < n; ++i) values[i] *= factor[i];
+// The transpose of ReplicateOutwards: what lies outside is added to the pixel that it repeats.
+void FoldOntoPatch(const PlaneF& widened, const Domain& domain, PlaneF& patch) {
+  const Region& region = domain.patch;
+  EnsureShape(patch, region.width, region.height);
+  std::fill(patch.values().begin(), patch.values().end(), 0.0f);
+  for (int y = 0; y < domain.height; ++y) {
+    float* to = patch.Row(std::clamp(y - region.y, 0, region.height - 1));
+    for (int x = 0; x < domain.width; ++x) to[std::clamp(x - region.x, 0, region.width - 1)] += widened(x, y);
+  }
 }
 
-DERMAP_KERNEL
-void Product(const float* a, const float* b, std::size_t n, float* __restrict out) noexcept {
-  for (std::size_t i = 0; i < n; ++i) out[i] = a[i] * b[i];
-}
-
-DERMAP_KERNEL
-void AddProduct(const float* a, const float* b, std::size_t n, float* __restrict sum) noexcept {
-  for (std::size_t i = 0; i < n; ++i) sum[i] += a[i] * b[i];
-}
-
-// values = values * by + a * b
-DERMAP_KERNEL
-void MultiplyAndAdd(const float* by, const float* a, const float* b, std::size_t n,
-                    float* __restrict values) noexcept {
-  for (std::size_t i = 0; i < n; ++i) values[i] = values[i] * by[i] + a[i] * b[i];
-}
-
-DERMAP_KERNEL
-void AddTo(const float* addend, std::size_t n, float* __restrict sum) noexcept {
-  for (std::size_t i = 0; i < n; ++i) sum[i] += addend[i];
-}
-
-DERMAP_KERNEL
-void Scale(float factor, std::size_t n, float* values) noexcept {
-  for (std::size_t i = 0; i < n; ++i) values[i] *= factor;
-}
-
-void Clear(PlaneF& plane, int width, int height) {
-  EnsureShape(plane, width, height);
-  std::fill(plane.values().begin(), plane.values().end(), 0.0f);
-}
-
-void SetProduct(const PlaneF& a, const PlaneF& b, PlaneF& out) {
-  EnsureShape(out, a.width(), a.height());
-  Product(a.data(), b.data(), a.size(), out.data());
-}
-
-void Accumulate(const PlaneF& a, const PlaneF& b, PlaneF& sum) {
-  AddProduct(a.data(), b.data(), sum.size(), sum.data());
+void CropToPatch(const PlaneF& widened, const Domain& domain, PlaneF& patch) {
+  const Region& region = domain.patch;
+  EnsureShape(patch, region.width, region.height);
+  for (int y = 0; y < region.height; ++y)
+    std::copy_n(widened.Row(y + region.y) + region.x, region.width, patch.Row(y));
 }
 
 }  // namespace
@@ -62,235 +34,245 @@ PathLight::PathLight(int patch_width, int patch_height, const ImagingConditions&
                      const ForwardOptions& options)
     : frames_(patch_width, patch_height, conditions, options),
       options_(options),
-      skin_down_(frames_.SkinDown()),
-      to_rest_(frames_.ToRest()),
-      from_rest_(to_rest_.Transposed().Scaled(2.0f)),
-      whole_(frames_.transforms()),
-      rest_(frames_.rest),
-      stencils_(frames_.window ? Border::kZero : Border::kMirror),
+      whole_transform_(frames_.transforms().width, frames_.transforms().height),
+      rest_transform_(frames_.rest.width, frames_.rest.height),
       skin_share_(frames_.SkinShare()),
-      patch_share_rest_(frames_.PatchShareAtRest()) {
-  for (std::size_t level = 0; level + 1 < frames_.levels.size(); ++level) {
-    light_down_.push_back(frames_.LightDown(static_cast<int>(level)));
-    light_up_.push_back(light_down_.back().Transposed().Scaled(frames_.halvings > 0 ? 2.0f : 1.0f));
-  }
-  step_.resize(frames_.levels.size());
-  surface_.resize(std::max(frames_.halvings - 1, 0));
-}
-
-void PathLight::SkinToWhole(const PlaneF& fine, PlaneF& whole) {
-  const PlaneF* from = &fine;
-  for (std::size_t i = 0; i + 1 < skin_down_.size(); ++i) {
-    skin_down_[i].Apply(*from, step_[i + 1]);
-    from = &step_[i + 1];
-  }
-  skin_down_.back().Apply(*from, whole);
-}
-
-void PathLight::SetLayer(const PlaneF& mu_a, const std::vector<double>& lengths_mm,
-                         const SymmetricKernel& stray, bool keep_fine, Layer& layer) {
-  const double share = options_.coupling == Coupling::kReciprocal ? 0.5 : 1.0;  // of a path, at one end
-  layer.fine.resize(std::max(layer.fine.size(), keep_fine ? lengths_mm.size() : std::size_t{1}));
-  layer.whole.resize(std::max(layer.whole.size(), lengths_mm.size()));
-  layer.rest.resize(layer.whole.size());
-  ReplicateOutwards(mu_a, frames_.patch, mu_a_);
-  for (std::size_t j = 0; j < lengths_mm.size(); ++j) {
-    PlaneF& fine = layer.fine[keep_fine ? j : 0];
-    Attenuate(mu_a_, share * lengths_mm[j], fine);
-    if (!stray.empty()) blur_.Apply(fine, stray, fine);
-    SkinToWhole(fine, layer.whole[j]);
-    if (frames_.window) MultiplyBy(skin_share_.data(), skin_share_.size(), layer.whole[j].data());
-    to_rest_.Apply(layer.whole[j], layer.rest[j]);
-  }
-}
-
-void PathLight::SetScene(const SeriesInput& input, PathPlans& plans) {
-  plan_ = plans.Get(input.tables, RangeOf(input.mu_a_epidermis), RangeOf(input.mu_a_dermis), input.black_tape,
-                    frames_, options_);
-  const bool reciprocal = options_.coupling == Coupling::kReciprocal;
-  const auto stray = [&](double mu_s) {
-    return reciprocal ? StrayKernel(1.0 / mu_s, frames_.pixel_size_mm) : SymmetricKernel{};
+      patch_share_rest_(frames_.PatchShareAtRest()),
+      tape_share_rest_(patch_share_rest_),
+      graph_(frames_.window ? Border::kZero : Border::kMirror) {
+  const auto pair = [](const PlaneMap& map, float factor) {
+    return MapPair{map.Scaled(factor), map.Transposed().Scaled(factor)};
   };
-  SetLayer(input.mu_a_epidermis, plan_->epidermis_mm, stray(input.mu_s_epidermis), true, epidermis_);
-  SetLayer(input.mu_a_dermis, plan_->dermis_mm, stray(input.mu_s_dermis), false, dermis_);
-  ReplicateOutwards(input.transmittance, frames_.patch, junction_);
-  SkinToWhole(junction_, junction_whole_);
-  to_rest_.Apply(junction_whole_, junction_rest_);
+  for (std::size_t level = 0; level + 1 < frames_.levels.size(); ++level) {
+    const PlaneMap down = frames_.LightDown(static_cast<int>(level));
+    light_down_.push_back(pair(down, 1.0f));
+    light_up_.push_back(pair(down.Transposed(), frames_.halvings > 0 ? 2.0f : 1.0f));
+  }
+  for (const PlaneMap& map : frames_.SkinDown()) skin_down_.push_back(pair(map, 1.0f));
+  to_rest_ = pair(frames_.ToRest(), 1.0f);
+  from_rest_ = pair(frames_.ToRest().Transposed(), 2.0f);
+  for (float& share : tape_share_rest_.values()) share = 1.0f - share;
 }
 
-// Light along every path length, made coarser, to its spectrum; what the surface's fine structure returns of
-// it; and Phi * T1+ below.
-void PathLight::Enter(const SeriesInput& input, PlaneF& surface) {
-  const bool reciprocal = options_.coupling == Coupling::kReciprocal;
+PathLight::Id PathLight::OnPatch(const PlaneF& plane) {
+  const Id id = graph_.Input(frames_.patch.width, frames_.patch.height);
+  ReplicateOutwards(plane, frames_.patch, graph_.Value(id));
+  return id;
+}
+
+PathLight::Id PathLight::SkinToWhole(Id fine) {
+  for (MapPair& maps : skin_down_) fine = Map(fine, maps);
+  return fine;
+}
+
+PathLight::Id PathLight::LightToWhole(Id light) {
+  for (MapPair& maps : light_down_) light = Map(light, maps);
+  return light;
+}
+
+PathLight::Layer PathLight::MakeLayer(Id mu_a, const std::vector<double>& lengths_mm,
+                                      const SymmetricKernel& stray) {
+  const double share = reciprocal() ? 0.5 : 1.0;  // of a path, at one end
+  Layer layer;
+  for (const double length_mm : lengths_mm) {
+    Id fine = graph_.Exponential(mu_a, share * length_mm);
+    if (!stray.empty()) fine = graph_.Blur(fine, stray, true);
+    Id whole = SkinToWhole(fine);
+    if (frames_.window) whole = graph_.Weigh(whole, skin_share_);
+    layer.fine.push_back(fine);
+    layer.whole.push_back(whole);
+    layer.rest.push_back(Map(whole, to_rest_));
+  }
+  return layer;
+}
+
+// Light as it is after the first half of its path.
+PathLight::Id PathLight::At(Id light, const Ids& ends, std::size_t path) {
+  return reciprocal() ? graph_.Product(light, ends[path]) : light;
+}
+
+// Light along every path length on every grid, and its spectrum on the last.
+void PathLight::Enter(const SeriesInput& input) {
   const std::size_t paths = plan_->epidermis_mm.size();
-  entering_.resize(std::max(entering_.size(), paths));
-  for (auto& level : surface_) level.resize(std::max(level.size(), paths));
-  Clear(surface, frames_.patch.width, frames_.patch.height);
-  Clear(down_, frames_.transforms().width, frames_.transforms().height);
+  light_at_.assign(paths, {});
+  entering_.clear();
+  light_ = input.light;
   for (std::size_t j = 0; j < paths; ++j) {
-    if (reciprocal) {
-      SetProduct(epidermis_.fine[j], input.light, step_[0]);
+    if (!reciprocal() && j > 0) {  // the same for all
+      light_at_[j] = light_at_[0];
+      entering_.push_back(entering_[0]);
+      continue;
+    }
+    Id light = 0;
+    if (reciprocal()) {
+      light = graph_.Weigh(epidermis_.fine[j], light_);
     } else {
-      step_[0] = input.light;
+      light = graph_.Input(light_.width(), light_.height());
+      graph_.Value(light) = light_;
     }
-    for (std::size_t level = 0; level < light_down_.size(); ++level) {
-      if (level > 0) {
-        PlaneF& sum = surface_[level - 1][j];
-        Clear(sum, frames_.levels[level].width, frames_.levels[level].height);
-        if (j < plan_->surface[level].size())
-          stencils_.AddTo(step_[level], plan_->surface[level][j], nullptr, sum);
-      } else if (frames_.halvings > 0 && j < plan_->surface[0].size()) {
-        stencils_.AddTo(step_[0], plan_->surface[0][j], &epidermis_.fine[j], surface);
-      }
-      light_down_[level].Apply(step_[level], step_[level + 1]);
-    }
-    entering_[j] = step_.back();
-    whole_.transform.Forward(entering_[j]);
-    SetProduct(entering_[j], plan_->t1_forward.planes[j], whole_.spectrum);
-    whole_.transform.Inverse(whole_.spectrum);
-    Accumulate(epidermis_.whole[j], whole_.spectrum, down_);
+    light_at_[j].push_back(light);
+    for (MapPair& maps : light_down_) light_at_[j].push_back(light = Map(light, maps));
+    entering_.push_back(graph_.ToSpectrum(light, whole_transform_));
   }
 }
 
 // Light that crosses the epidermis unscattered keeps its place.
-void PathLight::AddBallistic(const SeriesInput& input) {
-  ReplicateOutwards(input.mu_a_epidermis, frames_.patch, mu_a_);
-  Attenuate(mu_a_, plan_->ballistic_mm, step_[0]);
-  Scale(static_cast<float>(plan_->ballistic_share), step_[0].size(), step_[0].data());
-  MultiplyBy(junction_.data(), junction_.size(), step_[0].data());
-  MultiplyBy(input.light.data(), junction_.size(), step_[0].data());
-  for (std::size_t level = 0; level < light_down_.size(); ++level)
-    light_down_[level].Apply(step_[level], step_[level + 1]);
-  ballistic_ = step_.back();
+PathLight::Id PathLight::Ballistic(Id junction) {
+  const Id passes = graph_.Exponential(mu_a_epidermis_, plan_->ballistic_mm, plan_->ballistic_share);
+  return LightToWhole(graph_.Weigh(graph_.Product(passes, junction), light_));
 }
 
-// up = R2 * down, and R2 of ballistic light where there is some.
-void PathLight::ReturnFromDermis(const PathPlan::Kernels& diffuse, const PlaneF& down,
-                                 const PlaneF* ballistic, const std::vector<PlaneF>& ends, Grid& grid,
-                                 PlaneF& up) {
-  const bool reciprocal = options_.coupling == Coupling::kReciprocal;
-  Clear(up, down.width(), down.height());
-  const auto set = [&](const PlaneF& light, std::size_t j, const PlaneF& kernel, PlaneF& spectrum) {
-    if (reciprocal) {
-      SetProduct(light, ends[j], spectrum);
-    } else {
-      spectrum = light;
+// R2 * down, and R2 of ballistic light where there is some.
+PathLight::Id PathLight::ReturnFromDermis(Id down, const Id* ballistic, const PathPlan::Kernels& diffuse,
+                                          const Ids& ends, CosineTransform& transform) {
+  std::vector<PlaneGraph::Pair> leaving;
+  Id spectrum = 0, unscattered = 0;
+  for (std::size_t j = 0; j < ends.size(); ++j) {
+    if (reciprocal() || j == 0) {
+      spectrum = graph_.ToSpectrum(At(down, ends, j), transform);
+      if (ballistic) unscattered = graph_.ToSpectrum(At(*ballistic, ends, j), transform);
     }
-    grid.transform.Forward(spectrum);
-    MultiplyBy(kernel.data(), spectrum.size(), spectrum.data());
-  };
-  for (std::size_t j = 0; j < diffuse.planes.size(); ++j) {
-    set(down, j, diffuse.planes[j], grid.spectrum);
-    if (ballistic) {
-      set(*ballistic, j, plan_->r2_normal.planes[j], grid.scratch);
-      AddTo(grid.scratch.data(), grid.scratch.size(), grid.spectrum.data());
-    }
-    grid.transform.Inverse(grid.spectrum);
-    Accumulate(ends[j], grid.spectrum, up);
+    const PlaneGraph::Weighted both[] = {{spectrum, &diffuse.planes[j]},
+                                         {unscattered, ballistic ? &plan_->r2_normal.planes[j] : nullptr}};
+    const Id returned = graph_.SumOfWeighted(std::span(both).first(ballistic ? 2 : 1));
+    leaving.emplace_back(ends[j], graph_.FromSpectrum(returned, transform));
   }
+  return graph_.SumOfProducts(leaving);
 }
 
-// down_rest_ = R1- * (A up_rest_); under black tape what meets the surface stays there.
-void PathLight::ReturnFromEpidermis(bool black_tape) {
-  const bool reciprocal = options_.coupling == Coupling::kReciprocal;
-  MultiplyBy(junction_rest_.data(), up_rest_.size(), up_rest_.data());
-  Clear(down_rest_, up_rest_.width(), up_rest_.height());
-  for (std::size_t j = 0; j < plan_->epidermis_mm.size(); ++j) {
-    if (reciprocal) {
-      SetProduct(up_rest_, epidermis_.rest[j], rest_.scratch);
-    } else {
-      rest_.scratch = up_rest_;
-    }
-    rest_.transform.Forward(rest_.scratch);
-    SetProduct(rest_.scratch, plan_->r1_backward_rest.planes[j], rest_.spectrum);
-    rest_.transform.Inverse(rest_.spectrum);
+// R1- * up; under black tape what meets the surface stays there.
+PathLight::Id PathLight::ReturnFromEpidermis(Id up, bool black_tape) {
+  std::vector<PlaneGraph::Pair> leaving;
+  Id spectrum = 0;
+  for (std::size_t j = 0; j < epidermis_.rest.size(); ++j) {
+    if (reciprocal() || j == 0) spectrum = graph_.ToSpectrum(At(up, epidermis_.rest, j), rest_transform_);
+    Id returned =
+        graph_.FromSpectrum(graph_.Weigh(spectrum, plan_->r1_backward_rest.planes[j]), rest_transform_);
     if (black_tape) {
-      SetProduct(rest_.scratch, plan_->r1_backward_black_rest.planes[j], black_);
-      rest_.transform.Inverse(black_);
-      for (std::size_t i = 0; i < black_.size(); ++i)
-        rest_.spectrum.data()[i] =
-            black_.data()[i] + patch_share_rest_.data()[i] * (rest_.spectrum.data()[i] - black_.data()[i]);
+      const Id black = graph_.FromSpectrum(graph_.Weigh(spectrum, plan_->r1_backward_black_rest.planes[j]),
+                                           rest_transform_);
+      const PlaneGraph::Weighted shares[] = {{returned, &patch_share_rest_}, {black, &tape_share_rest_}};
+      returned = graph_.SumOfWeighted(shares);
     }
-    Accumulate(epidermis_.rest[j], rest_.spectrum, down_rest_);
+    leaving.emplace_back(epidermis_.rest[j], returned);
   }
+  return graph_.SumOfProducts(leaving);
 }
 
-// All further terms as if skin and light were uniform around each pixel: a geometric series of the last term.
-void PathLight::AddRemainder(bool black_tape) {
-  const bool half = options_.coupling == Coupling::kReciprocal;  // attenuations are of half a path
-  for (std::size_t i = 0; i < up_rest_.size(); ++i) {
-    float r1 = 0.0f, r2 = 0.0f;
-    for (std::size_t j = 0; j < plan_->epidermis_mm.size(); ++j) {
-      const float a = epidermis_.rest[j].data()[i];
-      auto total = static_cast<float>(plan_->r1_backward_rest.totals[j]);
-      if (black_tape) {
-        const auto black = static_cast<float>(plan_->r1_backward_black_rest.totals[j]);
-        total = black + patch_share_rest_.data()[i] * (total - black);
-      }
-      r1 += total * (half ? a * a : a);
+// What one more passage is to the last where skin and light are uniform: A^2 R1- R2.
+PathLight::Id PathLight::Quotient(bool black_tape) {
+  const auto whole_path = [&](Id end) { return reciprocal() ? graph_.Product(end, end) : end; };
+  Ids above, below;
+  for (std::size_t j = 0; j < epidermis_.rest.size(); ++j) {
+    const Id path = whole_path(epidermis_.rest[j]);
+    const auto total = static_cast<float>(plan_->r1_backward_rest.totals[j]);
+    if (!black_tape) {
+      above.push_back(graph_.Scale(path, total));
+      continue;
     }
-    for (std::size_t j = 0; j < plan_->dermis_mm.size(); ++j) {
-      const float a = dermis_.rest[j].data()[i];
-      r2 += static_cast<float>(plan_->r2_diffuse_rest.totals[j]) * (half ? a * a : a);
-    }
-    const float a = junction_rest_.data()[i], quotient = a * a * r1 * r2;
-    up_sum_rest_.data()[i] += up_rest_.data()[i] * quotient / (1.0f - quotient);
+    const auto black = static_cast<float>(plan_->r1_backward_black_rest.totals[j]);
+    above.push_back(graph_.Scale(graph_.Weigh(path, patch_share_rest_), total));
+    above.push_back(graph_.Scale(graph_.Weigh(path, tape_share_rest_), black));
   }
+  for (std::size_t j = 0; j < dermis_.rest.size(); ++j)
+    below.push_back(
+        graph_.Scale(whole_path(dermis_.rest[j]), static_cast<float>(plan_->r2_diffuse_rest.totals[j])));
+  const Id both = graph_.Product(graph_.Sum(above), graph_.Sum(below));
+  return graph_.Product(both, graph_.Product(junction_rest_, junction_rest_));
 }
 
-// reflectance += R1+ of the coarse part of the light, and T1- of the light from below.
-void PathLight::Leave(const SeriesInput& input, PlaneF& reflectance) {
-  const bool reciprocal = options_.coupling == Coupling::kReciprocal;
-  if (input.terms > 0) MultiplyBy(junction_whole_.data(), upward_.size(), upward_.data());
-  for (std::size_t j = 0; j < plan_->epidermis_mm.size(); ++j) {
-    PlaneF& spectrum = step_.back();
-    if (input.terms > 0) {
-      if (reciprocal) {
-        SetProduct(upward_, epidermis_.whole[j], spectrum);
-      } else {
-        spectrum = upward_;
-      }
-      whole_.transform.Forward(spectrum);
-      MultiplyAndAdd(plan_->t1_backward.planes[j].data(), entering_[j].data(),
-                     plan_->r1_forward.planes[j].data(), spectrum.size(), spectrum.data());
-    } else {
-      SetProduct(entering_[j], plan_->r1_forward.planes[j], spectrum);
-    }
-    whole_.transform.Inverse(spectrum);
+// All light that comes up to the junction from below, and through it.
+PathLight::Id PathLight::Below(const SeriesInput& input, Id junction) {
+  const Id whole = SkinToWhole(junction);
+  junction_rest_ = Map(whole, to_rest_);
+  std::vector<PlaneGraph::Pair> leaving;
+  for (std::size_t j = 0; j < epidermis_.whole.size(); ++j) {
+    const Id through =
+        graph_.FromSpectrum(graph_.Weigh(entering_[j], plan_->t1_forward.planes[j]), whole_transform_);
+    leaving.emplace_back(epidermis_.whole[j], through);
+  }
+  const Id down = graph_.Product(graph_.SumOfProducts(leaving), whole);
+  const bool has_ballistic = input.totals.has_ballistic();
+  const Id ballistic = has_ballistic ? Ballistic(junction) : 0;
+  const Id first = ReturnFromDermis(down, has_ballistic ? &ballistic : nullptr, plan_->r2_diffuse,
+                                    dermis_.whole, whole_transform_);
+  Ids later;
+  Id up = Map(first, to_rest_);
+  for (int term = 1; term < input.terms; ++term) {
+    const Id back = ReturnFromEpidermis(graph_.Product(up, junction_rest_), input.black_tape);
+    up = ReturnFromDermis(graph_.Product(back, junction_rest_), nullptr, plan_->r2_diffuse_rest, dermis_.rest,
+                          rest_transform_);
+    later.push_back(up);
+  }
+  // All further terms as if skin and light were uniform around each pixel.
+  if (input.close) later.push_back(graph_.Geometric(up, Quotient(input.black_tape)));
+  if (later.empty()) return graph_.Product(first, whole);
+  const Id all[] = {first, Map(graph_.Sum(later), from_rest_)};
+  return graph_.Product(graph_.Sum(all), whole);
+}
+
+// R1+ of the light, each grid its part, and T1- of the light from below.
+PathLight::Id PathLight::Leave(const Id* below) {
+  std::vector<PlaneGraph::Pair> leaving;
+  Id up = 0;
+  for (std::size_t j = 0; j < epidermis_.fine.size(); ++j) {
+    if (below && (reciprocal() || j == 0))
+      up = graph_.ToSpectrum(At(*below, epidermis_.whole, j), whole_transform_);
+    const PlaneGraph::Weighted both[] = {{entering_[j], &plan_->r1_forward.planes[j]},
+                                         {up, below ? &plan_->t1_backward.planes[j] : nullptr}};
+    Id light =
+        graph_.FromSpectrum(graph_.SumOfWeighted(std::span(both).first(below ? 2 : 1)), whole_transform_);
     for (std::size_t level = light_up_.size(); level-- > 0;) {
-      light_up_[level].Apply(step_[level + 1], step_[level]);
-      if (level > 0) AddTo(surface_[level - 1][j].data(), step_[level].size(), step_[level].data());
+      light = Map(light, light_up_[level]);
+      if (level < plan_->surface.size() && j < plan_->surface[level].size())
+        light = graph_.AddStencil(light_at_[j][level], light, plan_->surface[level][j]);
     }
-    Accumulate(epidermis_.fine[j], step_[0], reflectance);
+    leaving.emplace_back(epidermis_.fine[j], light);
   }
+  return graph_.SumOfProducts(leaving);
 }
 
 void PathLight::Render(const SeriesInput& input, PathPlans& plans, PlaneF& reflectance) {
-  SetScene(input, plans);
-  Enter(input, scratch_fine_);
+  plan_ = plans.Get(input.tables, RangeOf(input.mu_a_epidermis), RangeOf(input.mu_a_dermis), input.black_tape,
+                    frames_, options_);
+  graph_.Clear();
+  const auto stray = [&](double mu_s) {
+    return reciprocal() ? StrayKernel(1.0 / mu_s, frames_.pixel_size_mm) : SymmetricKernel{};
+  };
+  stray_epidermis_ = stray(input.mu_s_epidermis);
+  stray_dermis_ = stray(input.mu_s_dermis);
+  mu_a_epidermis_ = OnPatch(input.mu_a_epidermis);
+  mu_a_dermis_ = OnPatch(input.mu_a_dermis);
+  junction_ = OnPatch(input.transmittance);
+  epidermis_ = MakeLayer(mu_a_epidermis_, plan_->epidermis_mm, stray_epidermis_);
+  Enter(input);
   if (input.terms > 0) {
-    const bool ballistic = input.totals.has_ballistic();
-    if (ballistic) AddBallistic(input);
-    MultiplyBy(junction_whole_.data(), down_.size(), down_.data());
-    ReturnFromDermis(plan_->r2_diffuse, down_, ballistic ? &ballistic_ : nullptr, dermis_.whole, whole_,
-                     upward_);
-    to_rest_.Apply(upward_, up_rest_);
-    Clear(up_sum_rest_, up_rest_.width(), up_rest_.height());
-    for (int term = 1; term < input.terms; ++term) {
-      ReturnFromEpidermis(input.black_tape);
-      MultiplyBy(junction_rest_.data(), down_rest_.size(), down_rest_.data());
-      ReturnFromDermis(plan_->r2_diffuse_rest, down_rest_, nullptr, dermis_.rest, rest_, up_rest_);
-      AddTo(up_rest_.data(), up_rest_.size(), up_sum_rest_.data());
-    }
-    if (input.close) AddRemainder(input.black_tape);
-    from_rest_.Apply(up_sum_rest_, whole_.spectrum);
-    AddTo(whole_.spectrum.data(), whole_.spectrum.size(), upward_.data());
+    dermis_ = MakeLayer(mu_a_dermis_, plan_->dermis_mm, stray_dermis_);
+    const Id below = Below(input, junction_);
+    reflectance_ = Leave(&below);
+  } else {
+    reflectance_ = Leave(nullptr);
   }
-  Leave(input, scratch_fine_);
-  const Region& patch = frames_.patch.patch;
-  EnsureShape(reflectance, patch.width, patch.height);
-  for (int y = 0; y < patch.height; ++y)
-    std::copy_n(scratch_fine_.Row(y + patch.y) + patch.x, patch.width, reflectance.Row(y));
+  CropToPatch(graph_.Value(reflectance_), frames_.patch, reflectance);
+}
+
+void PathLight::Tangent(const Changes& changes, PlaneF& change) {
+  const Id inputs[] = {mu_a_epidermis_, mu_a_dermis_, junction_};
+  Changes widened;
+  for (std::size_t i = 0; i < changes.size(); ++i)
+    if (!changes[i].empty()) ReplicateOutwards(changes[i], frames_.patch, widened[i]);
+  PlaneF all;
+  graph_.Tangent(inputs, widened, reflectance_, all);
+  CropToPatch(all, frames_.patch, change);
+}
+
+void PathLight::Transpose(const PlaneF& weights, Changes& derivatives) {
+  const Id inputs[] = {mu_a_epidermis_, mu_a_dermis_, junction_};
+  PlaneF widened;
+  SurroundWithZeros(weights, frames_.patch, widened);
+  Changes all;
+  graph_.Transpose(reflectance_, widened, inputs, all);
+  for (std::size_t i = 0; i < all.size(); ++i) FoldOntoPatch(all[i], frames_.patch, derivatives[i]);
 }
 
 }  // namespace dermap

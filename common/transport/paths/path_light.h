@@ -5,9 +5,8 @@
 
 #include <memory>
 
-#include "common/transport/paths/attenuation.h"
-#include "common/transport/paths/cosine_transform.h"
 #include "common/transport/paths/path_plan.h"
+#include "common/transport/plane_graph.h"
 #include "common/transport/scattering_series.h"
 
 namespace dermap {
@@ -21,49 +20,57 @@ class PathLight {
   const Domain& domain() const { return frames_.patch; }
   // Hemispherical reflectance of the patch. Of `input`, the planes are as for ScatteringSeries.
   void Render(const SeriesInput& input, PathPlans& plans, PlaneF& reflectance);
+  const PathPlan& plan() const { return *plan_; }  // of the last render
+
+  // Of the last render, on the patch: what a change of mu_a (of both layers) and of the junction's
+  // transmittance does to the reflectance, and, the other way, the derivatives by them of the sum of
+  // weights * reflectance. A change may be empty: none.
+  using Changes = std::array<PlaneF, 3>;
+  void Tangent(const Changes& changes, PlaneF& change);
+  void Transpose(const PlaneF& weights, Changes& derivatives);
 
  private:
-  // One layer of the scene: what light keeps at the end of a path, on each grid, [path].
+  using Id = PlaneGraph::Id;
+  using Ids = std::vector<Id>;
+  struct MapPair {
+    PlaneMap map, transposed;
+  };
+  // What light keeps at the end of a path of one layer, on each grid, [path].
   struct Layer {
-    std::vector<PlaneF> fine, whole, rest;
+    Ids fine, whole, rest;
   };
 
-  // A grid on which light is followed by cosine transforms.
-  struct Grid {
-    explicit Grid(const PathFrames::Frame& frame) : transform(frame.width, frame.height) {}
-    CosineTransform transform;
-    PlaneF spectrum, scratch;
-  };
-
-  void SetScene(const SeriesInput& input, PathPlans& plans);
-  void SetLayer(const PlaneF& mu_a, const std::vector<double>& lengths_mm, const SymmetricKernel& stray,
-                bool keep_fine, Layer& layer);
-  void SkinToWhole(const PlaneF& fine, PlaneF& whole);
-  void Enter(const SeriesInput& input, PlaneF& surface);
-  void AddBallistic(const SeriesInput& input);
-  void ReturnFromDermis(const PathPlan::Kernels& diffuse, const PlaneF& down, const PlaneF* ballistic,
-                        const std::vector<PlaneF>& ends, Grid& grid, PlaneF& up);
-  void ReturnFromEpidermis(bool black_tape);
-  void AddRemainder(bool black_tape);
-  void Leave(const SeriesInput& input, PlaneF& reflectance);
+  Id OnPatch(const PlaneF& plane);
+  Id Map(Id id, MapPair& maps) { return graph_.Map(id, maps.map, maps.transposed); }
+  Id SkinToWhole(Id fine);
+  Id LightToWhole(Id light);
+  Layer MakeLayer(Id mu_a, const std::vector<double>& lengths_mm, const SymmetricKernel& stray);
+  Id At(Id light, const Ids& ends, std::size_t path);
+  void Enter(const SeriesInput& input);
+  Id Below(const SeriesInput& input, Id junction);
+  Id Ballistic(Id junction);
+  Id ReturnFromDermis(Id down, const Id* ballistic, const PathPlan::Kernels& diffuse, const Ids& ends,
+                      CosineTransform& transform);
+  Id ReturnFromEpidermis(Id up, bool black_tape);
+  Id Quotient(bool black_tape);
+  Id Leave(const Id* below);
+  bool reciprocal() const { return options_.coupling == Coupling::kReciprocal; }
 
   PathFrames frames_;
   ForwardOptions options_;
-  std::vector<PlaneMap> light_down_, light_up_, skin_down_;
-  PlaneMap to_rest_, from_rest_;
-  Grid whole_, rest_;
-  StencilRunner stencils_;
-  SeparableBlur blur_{Border::kMirror};
-  PlaneF skin_share_, patch_share_rest_;
+  std::vector<MapPair> light_down_, light_up_, skin_down_;
+  MapPair to_rest_, from_rest_;
+  CosineTransform whole_transform_, rest_transform_;
+  PlaneF skin_share_, patch_share_rest_, tape_share_rest_;
 
   std::shared_ptr<const PathPlan> plan_;
+  SymmetricKernel stray_epidermis_, stray_dermis_;
+  PlaneF light_;
+  PlaneGraph graph_;
+  Id mu_a_epidermis_ = 0, mu_a_dermis_ = 0, junction_ = 0, junction_rest_ = 0, reflectance_ = 0;
   Layer epidermis_, dermis_;
-  PlaneF mu_a_;  // widened
-  PlaneF junction_, junction_whole_, junction_rest_;
-  std::vector<PlaneF> entering_;              // spectra on the transforms' grid, [path]
-  std::vector<std::vector<PlaneF>> surface_;  // [level - 1][path] what stencils return, levels 1 ...
-  std::vector<PlaneF> step_;                  // light on each grid, on its way down or up
-  PlaneF scratch_fine_, down_, ballistic_, upward_, down_rest_, up_rest_, up_sum_rest_, black_;
+  std::vector<Ids> light_at_;  // [path][level] on its way down
+  Ids entering_;               // [path] its spectrum on the transforms' grid
 };
 
 }  // namespace dermap

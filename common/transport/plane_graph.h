@@ -1,0 +1,113 @@
+// SPDX-License-Identifier: Apache-2.0
+// A render as a record of operations on planes: each is carried out when it is asked for and remembered, so
+// that the same record gives the product with the render's Jacobian (forwards) and with its transpose
+// (backwards), exact to rounding, whatever the engine.
+#pragma once
+
+#include <array>
+#include <deque>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "common/core/image.h"
+#include "common/transport/blur.h"
+#include "common/transport/paths/cosine_transform.h"
+#include "common/transport/paths/line_map.h"
+#include "common/transport/paths/stencil.h"
+
+namespace dermap {
+
+// One a thread. What is passed by reference (maps, kernels, transforms) is borrowed until Clear().
+class PlaneGraph {
+ public:
+  using Id = int;
+
+  // `border`: what lies beyond a plane for blurs that are told so and for stencils.
+  explicit PlaneGraph(Border border) : blur_(border), mirrored_blur_(Border::kMirror), stencils_(border) {}
+
+  void Clear();  // forgets the record; keeps the memory
+  // A plane that the caller fills.
+  Id Input(int width, int height);
+  PlaneF& Value(Id id) { return values_[id]; }
+  const PlaneF& Value(Id id) const { return values_[id]; }
+
+  using Pair = std::pair<Id, Id>;
+  using Weighted = std::pair<Id, const PlaneF*>;
+  Id Product(Id a, Id b) { return SumOfProducts(std::array{Pair{a, b}}); }
+  Id SumOfProducts(std::span<const Pair> pairs);
+  Id Weigh(Id a, const PlaneF& weight) { return SumOfWeighted(std::array{Weighted{a, &weight}}); }
+  Id SumOfWeighted(std::span<const Weighted> terms);
+  Id Sum(std::span<const Id> terms);
+  Id Scale(Id a, float factor);
+  Id Exponential(Id a, double length, double factor = 1.0);  // factor * exp(-length * a)
+  Id Geometric(Id a, Id q);                                  // a q / (1 - q)
+  Id Blur(Id a, const SymmetricKernel& kernel, bool mirrored);
+  Id ToSpectrum(Id a, CosineTransform& transform);
+  Id FromSpectrum(Id a, CosineTransform& transform);
+  Id Map(Id a, PlaneMap& map, PlaneMap& transposed);
+  Id AddStencil(Id a, Id to, const Stencil& stencil);  // to + stencil * a
+
+  // Backwards: from `weights` of one plane to the derivatives of their product by `inputs`, in this order.
+  void Transpose(Id of, const PlaneF& weights, std::span<const Id> inputs, std::span<PlaneF> derivatives);
+  // Forwards: from changes of `inputs` (an empty plane: none) to the change of one plane.
+  void Tangent(std::span<const Id> inputs, std::span<const PlaneF> changes, Id of, PlaneF& change);
+
+ private:
+  enum class Kind {
+    kProducts,
+    kWeighted,
+    kSum,
+    kScale,
+    kExponential,
+    kGeometric,
+    kBlur,
+    kToSpectrum,
+    kFromSpectrum,
+    kMap,
+    kStencil
+  };
+  struct Operation {
+    Kind kind;
+    Id out;
+    int first, count;      // of operands_
+    float length, factor;  // of kExponential; kScale's factor
+    int object;            // first of objects_, one an operand where there are any
+  };
+
+  Id NewPlane(int width, int height);
+  Id Record(Kind kind, Id out, std::span<const Id> operands, float length = 0.0f, float factor = 0.0f);
+  void Compute(const Operation& operation);
+  // Changes of a plane or weights upon it; none where empty, zeros when first asked for.
+  PlaneF& Derivative(Id id);
+  bool Has(Id id) const { return !derivatives_[id].empty(); }
+  void ClearDerivatives();
+  void ApplyLinear(const Operation& operation, bool transposed, int operand, const PlaneF& in, PlaneF& out);
+  SeparableBlur& BlurOf(const Operation& operation) {
+    return operation.factor > 0.0f ? mirrored_blur_ : blur_;
+  }
+  Id Operand(const Operation& operation, int i) const { return operands_[operation.first + i]; }
+  void Backward(const Operation& operation);
+  void Forward(const Operation& operation);
+  PlaneF TakePlane(int width, int height);
+  void GivePlane(PlaneF plane);
+
+  SeparableBlur blur_, mirrored_blur_;
+  StencilRunner stencils_;
+  std::deque<PlaneF> values_, derivatives_;
+  std::vector<Operation> operations_;
+  std::vector<Id> operands_;
+  // What an operation works with: a kernel, a plane of weights, a transform, a map and its transpose.
+  struct Object {
+    const PlaneF* weight = nullptr;
+    const SymmetricKernel* kernel = nullptr;
+    const Stencil* stencil = nullptr;
+    CosineTransform* transform = nullptr;
+    PlaneMap *map = nullptr, *transposed = nullptr;
+  };
+  std::vector<Object> objects_;
+  std::map<std::pair<int, int>, std::vector<PlaneF>> free_;  // planes by shape
+};
+
+}  // namespace dermap
