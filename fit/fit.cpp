@@ -163,7 +163,7 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
         "skin it finds about half too much melanin. Use --profiles exact there (docs/optics.md).");
   ForwardOptions forward = options.forward;
   // What few path lengths leave out must not jump by more than a forward difference changes.
-  if (options.method == FitMethod::kDescent) forward.path_tolerance = std::min(forward.path_tolerance, 1e-5);
+  if (options.method == FitMethod::kDescent) forward.tolerance = std::min(forward.tolerance, 1e-5);
   const ForwardModel tables(chromophores, *source, options.tissue, data.bands, data.conditions, forward);
   const ModelMaker make_model = [&](const ImagingConditions& conditions) { return tables.With(conditions); };
   const int full_width = data.width();

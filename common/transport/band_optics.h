@@ -43,6 +43,8 @@ class LocalTotals {
 
   // BandTables::TotalReflectance; `transmittance` is A = exp(-P) of the junction.
   float Reflectance(TablePosition epidermis, TablePosition dermis, float transmittance) const noexcept;
+  // What leaves without having been in the dermis, R1+.
+  float SurfaceReflectance(TablePosition epidermis) const noexcept { return At(r1_forward_, epidermis); }
   // What one more passage down and up is to the last, A^2 R1- R2: the quotient of the series of [D08 eq. 7].
   float Quotient(TablePosition epidermis, TablePosition dermis, float transmittance,
                  bool black_tape) const noexcept;

@@ -28,6 +28,9 @@ class BandRenderer {
                 const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
                 const PlaneF* light);
 
+  // What the engine `lowrank` took for the last render.
+  const BandChoice& choice() const { return choice_; }
+
   // Of the last render, which must have been one of the engine `lowrank` at the band's centre (not of the
   // full band): the change of the reflectance under a change of the maps, and the derivatives of the sum of
   // weights * reflectance by the maps. A plane of `change` may be empty; of the junction there is one or
@@ -38,20 +41,28 @@ class BandRenderer {
                  ParameterMaps& derivatives, PlaneF& junction_derivative);
 
  private:
-  const Domain& domain() const { return path_light_ ? path_light_->domain() : gaussian_series_->domain(); }
-  void SetLight(const PlaneF* light);
+  void SetLight(const PlaneF* light, const Domain& domain);
   void SetTransmittance(const PlaneF* junction_absorbance, double base_absorbance);
   void SetAbsorption(const Absorbers& absorbers, const ParameterMaps& maps);
   void RenderNode(const BandOptics& band, int node, const LocalTotals& totals, const ParameterMaps& maps,
-                  PlaneF& out);
+                  const PlaneF* light, PlaneF& out);
+  void RenderPaths(const BandOptics::Node& optics, const LocalTotals& totals, int most_terms, bool black_tape,
+                   const PlaneF* light, PlaneF& out);
+  PathLight& LightWithMargin(double margin_mm);
+
+  std::array<double, 3> LocalDerivatives(const BandOptics& band, std::size_t pixel) const;
+  void LocalTangent(const BandOptics& band, const PathLight::Changes& changes, PlaneF& out) const;
+  void LocalTranspose(const BandOptics& band, const PlaneF& weights, PathLight::Changes& derivatives) const;
 
   int width_, height_;
   ImagingConditions conditions_;
   ForwardOptions options_;
   PathPlans& plans_;
-  // One of them, by the engine.
-  std::unique_ptr<ScatteringSeries> gaussian_series_;
-  std::unique_ptr<PathLight> path_light_;
+  std::unique_ptr<ScatteringSeries> gaussian_series_;    // of the engines made of Gaussians
+  std::vector<std::unique_ptr<PathLight>> path_lights_;  // of the engine `lowrank`, by margins
+  PathLight* path_light_ = nullptr;                      // of the last render; none where it was local
+  BandChoice choice_;
+  float local_light_ = 1.0f;
   PlaneF mu_a_epidermis_, mu_a_dermis_;  // 1/mm
   PlaneF transmittance_;                 // A of the junction
   PlaneF light_;                         // on the whole domain

@@ -137,13 +137,17 @@ const std::vector<BandOptics>& ForwardModel::optics() const {
   return impl_->optics;
 }
 
-std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<const PlaneF> light) const {
+std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<const PlaneF> light,
+                                         std::vector<BandChoice>* choices) const {
+  if (choices) choices->assign(band_count(), {});
   CheckMaps(maps, band_count());
   CheckLight(light, maps, band_count());
   std::vector<PlaneF> reflectance(band_count());
   ParallelFor(band_count(), [&](int band) {
-    impl_->RenderAnd(band, maps, light,
-                     [&](BandRenderer&, PlaneF out) { reflectance[band] = std::move(out); });
+    impl_->RenderAnd(band, maps, light, [&](const BandRenderer& renderer, PlaneF out) {
+      reflectance[band] = std::move(out);
+      if (choices) (*choices)[band] = renderer.choice();
+    });
   });
   return reflectance;
 }
@@ -248,6 +252,20 @@ double ExitAngleFactor(Geometry geometry, double n_outside, double n_skin) {
   const double cos_view = std::cos(std::numbers::pi / 6.0);
   return (1.0 - FresnelReflectance(cos_view, n_outside, n_skin)) /
          (1.0 - DiffuseFresnelReflectance(n_outside, n_skin));
+}
+
+std::string_view RungName(Rung rung) {
+  switch (rung) {
+    case Rung::kLocal:
+      return "local";
+    case Rung::kHomogeneous:
+      return "homogeneous";
+    case Rung::kFirstOrder:
+      return "first-order";
+    case Rung::kFull:
+      return "full";
+  }
+  return "";
 }
 
 std::string_view EngineName(Engine engine) {

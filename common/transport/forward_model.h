@@ -33,19 +33,43 @@ Engine EngineFromName(std::string_view name);
 enum class Coupling { kReciprocal, kGather };
 
 inline constexpr int kAutomaticTerms = -1;
+inline constexpr double kAutomaticMargin = -1.0;
+
+// How much of the model a band of a scene needed, from the bottom of the ladder up.
+enum class Rung {
+  kLocal,        // no lateral transport: closed forms
+  kHomogeneous,  // one path length: one kernel for all of the scene
+  kFirstOrder,   // two: kernels that change with absorption by one term
+  kFull,
+};
+std::string_view RungName(Rung rung);  // "local", "homogeneous", "first-order", "full"
+
+// What the engine `lowrank` chose for a band of a scene, and its own estimate of the error that is left.
+struct BandChoice {
+  Rung rung = Rung::kFull;
+  int epidermis_paths = 0, dermis_paths = 0;
+  int terms = 0;           // of [D08 eq. 7] after Phi * R1+
+  double margin_mm = 0.0;  // beneath the tape
+  double error = 0.0;      // relative, rms over the patch
+  std::string why;         // one sentence
+};
 
 struct ForwardOptions {
   Engine engine = Engine::kLowRank;
   Coupling coupling = Coupling::kReciprocal;  // of the engine `lowrank`
-  double path_tolerance = 1e-3;               // of a response's transform over its total, by few path lengths
-  // Terms of [D08 eq. 7] after Phi * R1+. Automatic: for each band as many as the lightest skin needs (3 to
-  // 6; the paper takes 4 for blue light, 5 for green and red), whatever the scene, so that a render is a
-  // smooth function of its maps.
+  // Of the engine `lowrank`: how far a render may be off, relative, rms over the patch. The engine takes no
+  // more path lengths, terms and margin than a band of a scene needs for it (BandChoice).
+  double tolerance = 1e-3;
+  // Terms of [D08 eq. 7] after Phi * R1+. Automatic: for each band as many as the scene's lightest skin needs
+  // (lowrank) or the lightest that there is (others: 3 to 6; the paper takes 4 for blue light, 5 for green
+  // and red).
   int terms = kAutomaticTerms;
   // Whether what lies beyond the last term is added as if skin and light were uniform around each pixel (a
   // geometric series of the last term). If not, the series simply ends, as the paper's does.
   bool close_series = true;
-  double margin_mm = 1.9;  // skin around the patch that takes part: beneath the tape, or beyond the border
+  // Skin around the patch that takes part: beneath the tape, or beyond the border. Automatic: as far as light
+  // goes (lowrank), or 1.9 mm.
+  double margin_mm = kAutomaticMargin;
   // Whether every band with a width is rendered at several wavelengths of its filter. If not, it is rendered
   // once, at its centre, and corrected by the ratio of local closed forms (cheap; the error is tested).
   bool full_band_integration = false;
@@ -87,7 +111,9 @@ class ForwardModel {
   // Reflectance of the patch, one plane a band, of the maps' shape. Bands run in parallel.
   // `light`: relative irradiance on the patch, one plane a band, one for all, or empty (1 everywhere).
   // Throws InputError where the planes do not fit together or hold values that are not finite.
-  std::vector<PlaneF> Render(const ParameterMaps& maps, std::span<const PlaneF> light = {}) const;
+  // `choices`, where asked for: of every band (engine `lowrank`).
+  std::vector<PlaneF> Render(const ParameterMaps& maps, std::span<const PlaneF> light = {},
+                             std::vector<BandChoice>* choices = nullptr) const;
   PlaneF RenderBand(int band, const ParameterMaps& maps, const PlaneF* light = nullptr) const;
 
   // Derivatives of the render, exact to rounding; of the engine `lowrank`, without full_band_integration

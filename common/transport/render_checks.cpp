@@ -12,6 +12,7 @@ namespace dermap {
 namespace {
 
 constexpr double kLongestMargin_mm = 50.0;
+constexpr double kLargestTolerance = 0.1;
 constexpr int kMostTerms = 1000;
 
 std::string Shape(const PlaneF& plane) {
@@ -57,7 +58,12 @@ void CheckModelInputs(std::span<const Band> bands, const ImagingConditions& cond
         "the pixel size is " + std::to_string(conditions.pixel_size_mm) +
         " mm; lateral transport needs one above 0 (--pixel-size-mm, or the attribute dermap:pixelSizeMm)");
   }
-  if (!(options.margin_mm >= 0.0) || options.margin_mm > kLongestMargin_mm) {
+  if (!(options.tolerance > 0.0 && options.tolerance <= kLargestTolerance)) {
+    throw InputError("the tolerance of a render is " + std::to_string(options.tolerance) +
+                     "; it must be above 0 and at most 0.1 (relative, rms)");
+  }
+  const bool automatic = options.margin_mm == kAutomaticMargin;
+  if (!automatic && (!(options.margin_mm >= 0.0) || options.margin_mm > kLongestMargin_mm)) {
     throw InputError("the margin is " + std::to_string(options.margin_mm) + " mm; it must be 0 to 50 mm");
   }
   if (options.terms != kAutomaticTerms && (options.terms < 0 || options.terms > kMostTerms)) {

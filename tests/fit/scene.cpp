@@ -16,7 +16,7 @@ const Chromophores& TestChromophores() {
 ForwardModel MakeModel(const std::vector<Band>& bands, const ImagingConditions& conditions) {
   const auto source = MakeProfileSource("exact");
   ForwardOptions options;
-  options.path_tolerance = 1e-5;  // as descent's, which takes differences of renders
+  options.tolerance = 1e-5;  // as descent's, which takes differences of renders
   return ForwardModel(TestChromophores(), *source, TissueConfig{}, bands, conditions, options);
 }
 

@@ -19,6 +19,7 @@ constexpr int kRing_px = 4;
 // what the mirror gives too much and the lost skin too little nearly cancel at this width (window_test.cpp).
 constexpr double kRim_mm = 1.3;
 constexpr double kRimBeyondMargin_mm = 0.55;
+constexpr double kRimShare = 0.53;  // of what lies around the patch, at most
 
 int RoundUp(int value, int multiple) {
   return (value + multiple - 1) / multiple * multiple;
@@ -26,11 +27,12 @@ int RoundUp(int value, int multiple) {
 
 }  // namespace
 
-PathFrames::PathFrames(int patch_width, int patch_height, const ImagingConditions& conditions,
-                       const ForwardOptions& options)
-    : pixel_size_mm(conditions.pixel_size_mm), window(conditions.illumination == Illumination::kWindow) {
-  const double coarsest =
-      options.path_tolerance >= kStrictTolerance ? kTransformPixel_mm : kStrictTransformPixel_mm;
+PathFrames::PathFrames(int patch_width, int patch_height, const ImagingConditions& conditions, double margin,
+                       double tolerance)
+    : pixel_size_mm(conditions.pixel_size_mm),
+      margin_mm(margin),
+      window(conditions.illumination == Illumination::kWindow) {
+  const double coarsest = tolerance >= kStrictTolerance ? kTransformPixel_mm : kStrictTransformPixel_mm;
   while (halvings < kMostHalvings && pixel_at(halvings + 1) <= coarsest &&
          std::min(patch_width, patch_height) >> (halvings + 1) >= kGranule)
     ++halvings;
@@ -42,12 +44,12 @@ PathFrames::PathFrames(int patch_width, int patch_height, const ImagingCondition
   const auto pixels = [&](double length_mm) {
     return static_cast<int>(std::ceil(length_mm / pixel_at(halvings)));
   };
-  const int margin =
-      window ? RoundUp(pixels(options.margin_mm) + pixels(kRimBeyondMargin_mm), kGranule / 2) : 0;
-  const int rim = window ? std::min(static_cast<int>(kRim_mm / pixel_at(halvings)), margin) : 0;
+  const int around_px = window ? RoundUp(pixels(margin_mm) + pixels(kRimBeyondMargin_mm), kGranule / 2) : 0;
+  const int rim =
+      window ? static_cast<int>(std::min(kRim_mm / pixel_at(halvings), kRimShare * around_px)) : 0;
   for (int level = 0; level <= halvings; ++level) {
     const int width = patch.width >> level, height = patch.height >> level;
-    const int around = level == halvings ? margin : (window && level > 0 ? kRing_px : 0);
+    const int around = level == halvings ? around_px : (window && level > 0 ? kRing_px : 0);
     levels.push_back({width + 2 * around, height + 2 * around, around, around});
   }
   if (halvings == 0) levels.insert(levels.begin(), {patch.width, patch.height, 0, 0});

@@ -21,10 +21,11 @@ struct PathFrames {
     int width = 0, height = 0, x = 0, y = 0;
   };
 
-  PathFrames(int patch_width, int patch_height, const ImagingConditions& conditions,
-             const ForwardOptions& options);
+  PathFrames(int patch_width, int patch_height, const ImagingConditions& conditions, double margin_mm,
+             double tolerance);
 
   double pixel_size_mm;
+  double margin_mm;
   bool window;  // whether light ends at the patch's border; if not, skin and light go on mirrored
   int halvings = 0;
   Domain patch;               // the patch, a little widened so that its sides can be halved

@@ -30,9 +30,9 @@ void CropToPatch(const PlaneF& widened, const Domain& domain, PlaneF& patch) {
 
 }  // namespace
 
-PathLight::PathLight(int patch_width, int patch_height, const ImagingConditions& conditions,
+PathLight::PathLight(int patch_width, int patch_height, const ImagingConditions& conditions, double margin_mm,
                      const ForwardOptions& options)
-    : frames_(patch_width, patch_height, conditions, options),
+    : frames_(patch_width, patch_height, conditions, margin_mm, options.tolerance),
       options_(options),
       whole_transform_(frames_.transforms().width, frames_.transforms().height),
       rest_transform_(frames_.rest.width, frames_.rest.height),
@@ -233,8 +233,8 @@ PathLight::Id PathLight::Leave(const Id* below) {
 }
 
 void PathLight::Render(const SeriesInput& input, PathPlans& plans, PlaneF& reflectance) {
-  plan_ = plans.Get(input.tables, RangeOf(input.mu_a_epidermis), RangeOf(input.mu_a_dermis), input.black_tape,
-                    frames_, options_);
+  plan_ = plans.Get(input.tables, RangeOf(input.mu_a_epidermis, options_.tolerance),
+                    RangeOf(input.mu_a_dermis, options_.tolerance), input.black_tape, frames_, options_);
   graph_.Clear();
   const auto stray = [&](double mu_s) {
     return reciprocal() ? StrayKernel(1.0 / mu_s, frames_.pixel_size_mm) : SymmetricKernel{};

@@ -14,8 +14,10 @@ namespace dermap {
 // Keeps all memory that a render needs; one a thread.
 class PathLight {
  public:
-  PathLight(int patch_width, int patch_height, const ImagingConditions& conditions,
+  PathLight(int patch_width, int patch_height, const ImagingConditions& conditions, double margin_mm,
             const ForwardOptions& options);
+  double margin_mm() const { return frames_.margin_mm; }
+  const PathFrames& frames() const { return frames_; }
   // Where `SeriesInput::light` is given: the patch, a little widened.
   const Domain& domain() const { return frames_.patch; }
   // Hemispherical reflectance of the patch. Of `input`, the planes are as for ScatteringSeries.

@@ -35,7 +35,8 @@ struct Split {
 
 // Measured on the recorded scenes (path_light_test.cpp): 4e-4 and 2e-4 rms of the render.
 Split SplitFor(double tolerance) {
-  return tolerance >= kStrictTolerance ? Split{2, 2.5, 9} : Split{3, 3.0, 12};
+  if (tolerance < kStrictTolerance) return {3, 3.0, 12};
+  return {2, 2.5, 9};
 }
 
 double Compensation(double gain) {
@@ -45,7 +46,7 @@ double Compensation(double gain) {
 class Planner {
  public:
   Planner(const PathFrames& frames, const ForwardOptions& options)
-      : frames_(frames), options_(options), split_(SplitFor(options.path_tolerance)) {
+      : frames_(frames), options_(options), split_(SplitFor(options.tolerance)) {
     const double p = frames.pixel_size_mm;
     const auto axis = [&](int count) {
       std::vector<double> gains;
@@ -89,7 +90,7 @@ class Planner {
       double error = 0.0;
       for (std::size_t k = 0; k < frequencies.size(); ++k)
         error = std::max(error, fit.errors[k] * Share(level, frequencies[k]));
-      if (error <= kSurfaceShare * options_.path_tolerance) break;
+      if (error <= kSurfaceShare * options_.tolerance) break;
     }
     std::vector<Stencil> stencils;
     for (const RadialTransform& path : Radial(fit.kernels)) stencils.push_back(SurfaceStencil(path, level));
@@ -179,10 +180,11 @@ void FindExtremes(const float* values, std::size_t n, float& least, float& most)
 
 }  // namespace
 
-AbsorptionRange RangeOf(const PlaneF& mu_a) {
+AbsorptionRange RangeOf(const PlaneF& mu_a, double tolerance) {
   float least = mu_a.data()[0], most = least;
   FindExtremes(mu_a.data(), mu_a.size(), least, most);
   const auto bounded = [](double value) { return std::clamp(value, kTableMinMuA, kTableMaxMuA); };
+  if (bounded(most) <= (1.0 + tolerance) * bounded(least)) return {bounded(least), bounded(most)};
   const double low = std::floor((std::log(bounded(least)) - kRangeMargin) / kRangeStep) * kRangeStep;
   const double high = std::ceil((std::log(bounded(most)) + kRangeMargin) / kRangeStep) * kRangeStep;
   return {bounded(std::exp(low)), bounded(std::exp(high))};
@@ -193,10 +195,11 @@ namespace {
 // Nearly an exponential: light that is reflected twice and still crosses unscattered is next to nothing.
 void SetBallistic(const ProfileTable& table, const AbsorptionRange& range, PathPlan& plan) {
   const auto share = [&](double mu_a) { return double(table.Total(static_cast<float>(mu_a))); };
-  const double least = share(range.highest), most = share(range.lowest);
+  const double low = 0.9 * range.lowest, high = 1.1 * range.highest;  // a scene may have one absorption only
+  const double least = share(high), most = share(low);
   if (!(least > 0.0)) return;
-  plan.ballistic_mm = std::log(most / least) / (range.highest - range.lowest);
-  plan.ballistic_share = most * std::exp(range.lowest * plan.ballistic_mm);
+  plan.ballistic_mm = std::log(most / least) / (high - low);
+  plan.ballistic_share = most * std::exp(low * plan.ballistic_mm);
 }
 
 PathPlan MakePlan(const BandTables& t, const AbsorptionRange& epidermis, const AbsorptionRange& dermis,
@@ -206,8 +209,8 @@ PathPlan MakePlan(const BandTables& t, const AbsorptionRange& epidermis, const A
                                          &t.r1_backward_black.transforms()};
   const TransformTable* const lower[] = {&t.r2_diffuse.transforms(), &t.r2_normal.transforms()};
   const ScenePaths e = ReducePaths(std::span(upper).first(black_tape ? 5 : 4), epidermis.lowest,
-                                   epidermis.highest, options.path_tolerance);
-  const ScenePaths d = ReducePaths(lower, dermis.lowest, dermis.highest, options.path_tolerance);
+                                   epidermis.highest, options.tolerance);
+  const ScenePaths d = ReducePaths(lower, dermis.lowest, dermis.highest, options.tolerance);
   const Planner planner(frames, options);
   PathPlan plan;
   plan.epidermis_mm = e.lengths_mm;
@@ -235,6 +238,7 @@ struct PathPlans::Entry {
   AbsorptionRange epidermis, dermis;
   bool black_tape;
   int width, height;
+  double margin_mm;
   std::once_flag made;
   PathPlan plan;
 };
@@ -263,6 +267,7 @@ std::shared_ptr<const PathPlan> PathPlans::Get(const BandTables& tables, const A
       entry->black_tape = black_tape;
       entry->width = frames.patch.width;
       entry->height = frames.patch.height;
+      entry->margin_mm = frames.margin_mm;
       entries_.push_back(entry);
       if (entries_.size() > kMostEntries) entries_.erase(entries_.begin());
     }

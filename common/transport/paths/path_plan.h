@@ -34,7 +34,8 @@ struct AbsorptionRange {
   double lowest, highest;  // 1/mm, within the tables
   bool operator==(const AbsorptionRange&) const = default;
 };
-AbsorptionRange RangeOf(const PlaneF& mu_a);
+// Of a map whose values differ by no more than `tolerance`, relative: just as wide as it is.
+AbsorptionRange RangeOf(const PlaneF& mu_a, double tolerance = 0.0);
 
 struct PathPlan {
   // One layer's responses: planes of transforms, [path].

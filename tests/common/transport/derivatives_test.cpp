@@ -124,7 +124,7 @@ TEST_P(Derivatives, ProductIsTheLimitOfDifferences) {
       difference_sum += product[b].data()[i] - expected;
     }
     EXPECT_LT(std::sqrt(difference_square / square), 3e-4) << b;
-    EXPECT_LT(std::abs(difference_sum / sum), 1e-5) << b;
+    EXPECT_LT(std::abs(difference_sum / sum), 2e-5) << b;
   }
 }
 
@@ -132,7 +132,7 @@ INSTANTIATE_TEST_SUITE_P(
     Scenes, Derivatives,
     testing::Values(Case{128, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false},
                     Case{128, Illumination::kUniform, Tape::kFree, Coupling::kReciprocal, true},
-                    Case{40, Illumination::kWindow, Tape::kBlack, Coupling::kReciprocal, true},
+                    Case{100, Illumination::kWindow, Tape::kBlack, Coupling::kReciprocal, true},
                     Case{90, Illumination::kWindow, Tape::kBlack, Coupling::kGather, false}));
 
 // Results do not depend on how many threads share the work.

@@ -31,7 +31,7 @@ TEST(PathLight, IsTheCascadeUnderGatherCoupling) {
     slow.engine = Engine::kCascade;
     fast.engine = Engine::kLowRank;
     fast.coupling = Coupling::kGather;
-    fast.path_tolerance = 2e-4;
+    fast.tolerance = 2e-4;
     slow.margin_mm = fast.margin_mm = 3.0;
     const ForwardModel cascade = Model(kBands, Conditions(96, illumination), slow);
     const ForwardModel lowrank = Model(kBands, Conditions(96, illumination), fast);
@@ -79,7 +79,7 @@ TEST(PathLight, LightRemembersWhereItCameFrom) {
 // Source: a finer choice of every approximation: 20 times the tolerance, twice the margin.
 TEST(PathLight, DefaultsAreWithinTheirTolerance) {
   ForwardOptions fine;
-  fine.path_tolerance = 1e-5;
+  fine.tolerance = 1e-5;
   fine.margin_mm = 4.0;
   const ParameterMaps maps = FreckledSkin(128, 5);
   const auto conditions = Conditions(128, Illumination::kWindow);
