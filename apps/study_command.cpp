@@ -15,6 +15,7 @@
 #include "apps/commands.h"
 #include "common/files/picture.h"
 #include "studies/optics_study.h"
+#include "studies/orders_study.h"
 #include "studies/sharpness_study.h"
 #include "studies/verdict.h"
 
@@ -92,6 +93,20 @@ int RunSharpnessStudyCommand(int argc, char** argv) {
       });
 }
 
+int RunOrdersStudyCommand(int argc, char** argv) {
+  return RunJudged(argc, argv, "orders", "How many terms of the inter-scattering series each band needs.",
+                   "{csv,json,svg}", [](const Request& request, const ProgressFunction& progress) {
+                     const OrdersStudy study = RunOrdersStudy({.quick = request.quick}, progress);
+                     WriteOrdersStudy(request.folder, study);
+                     std::string text;
+                     for (const OrdersStudy::Curve& curve : study.curves)
+                       text += fmt::format(
+                           "{} skin, {:.0f} nm: 99 % of the light in {} terms; the engine takes {}\n",
+                           curve.skin, curve.wavelength_nm, curve.terms_99, curve.automatic_terms);
+                     return Judged{study.verdicts, text, request.folder / "orders.svg"};
+                   });
+}
+
 struct Study {
   std::string_view name, summary;
   int (*run)(int argc, char** argv);
@@ -100,6 +115,7 @@ constexpr std::array kStudies{
     Study{"optics", "how wrong the optics are over mu_a, against two judges", RunOpticsStudyCommand},
     Study{"sharpness", "how far the forward model is from Monte Carlo beside an edge",
           RunSharpnessStudyCommand},
+    Study{"orders", "how many terms of the inter-scattering series each band needs", RunOrdersStudyCommand},
     Study{"calibration", "how right the calibration is, on random rigs of the optical bench",
           RunCalibrationStudyCommand},
 };

@@ -135,7 +135,7 @@ void BandRenderer::RenderPaths(const BandOptics::Node& optics, const LocalTotals
                           mu_a_epidermis_, mu_a_dermis_,  transmittance_,        light_,
                           black_tape,      choice_.terms, options_.close_series};
   choice_.margin_mm = path_light_->margin_mm();
-  path_light_->Render(input, plans_, out);
+  path_light_->Render(input, plans_, keep_, out);
   AddPaths(path_light_->plan(), path_light_->frames(), options_.tolerance, choice_);
 }
 
@@ -155,7 +155,9 @@ void BandRenderer::RenderNode(const BandOptics& band, int node, const LocalTotal
 
 PlaneF BandRenderer::Render(const BandOptics& band, const std::vector<LocalTotals>& totals,
                             const FilterWidth& width, const ParameterMaps& maps,
-                            const PlaneF* junction_absorbance, double base_absorbance, const PlaneF* light) {
+                            const PlaneF* junction_absorbance, double base_absorbance, const PlaneF* light,
+                            bool keep) {
+  keep_ = keep;
   SetTransmittance(junction_absorbance, base_absorbance);
   PlaneF out(width_, height_);
   if (!options_.full_band_integration) {

@@ -23,10 +23,10 @@ class BandRenderer {
 
   // Hemispherical reflectance of the patch. `light` may be null (1 everywhere); `junction_absorbance` may be
   // null
-  // (`base_absorbance` everywhere).
+  // (`base_absorbance` everywhere). `keep`: whether Tangent or Transpose will be asked.
   PlaneF Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const FilterWidth& width,
                 const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
-                const PlaneF* light);
+                const PlaneF* light, bool keep = false);
 
   // What the engine `lowrank` took for the last render.
   const BandChoice& choice() const { return choice_; }
@@ -63,6 +63,7 @@ class BandRenderer {
   PathLight* path_light_ = nullptr;                      // of the last render; none where it was local
   BandChoice choice_;
   float local_light_ = 1.0f;
+  bool keep_ = false;                    // whether derivatives will be asked for
   PlaneF mu_a_epidermis_, mu_a_dermis_;  // 1/mm
   PlaneF transmittance_;                 // A of the junction
   PlaneF light_;                         // on the whole domain

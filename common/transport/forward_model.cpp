@@ -35,8 +35,10 @@ struct ForwardModel::Impl {
   void GiveBack(std::unique_ptr<BandRenderer> renderer);
   static const PlaneF* JunctionOf(int band, const ParameterMaps& maps);
   template <class Use>
-  void RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light, const Use& use);
+  void RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light, bool keep,
+                 const Use& use);
   void CheckDerivatives() const;
+  std::unique_ptr<Impl> Copy(const ImagingConditions& under, const ForwardOptions& with) const;
 };
 
 std::unique_ptr<BandRenderer> ForwardModel::Impl::Take(int width, int height) {
@@ -65,11 +67,11 @@ const PlaneF* ForwardModel::Impl::JunctionOf(int band, const ParameterMaps& maps
 // Renders a band and hands the renderer, which remembers it, and the reflectance to `use`.
 template <class Use>
 void ForwardModel::Impl::RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light,
-                                   const Use& use) {
+                                   bool keep, const Use& use) {
   std::unique_ptr<BandRenderer> renderer = Take(maps.width(), maps.height());
   const PlaneF* lit = light.empty() ? nullptr : &light[light.size() == 1 ? 0 : band];
   PlaneF out = renderer->Render(optics[band], totals[band], widths[band], maps, JunctionOf(band, maps),
-                                tissue.junction_absorbance, lit);
+                                tissue.junction_absorbance, lit, keep);
   if (exit_angle_factor != 1.0f) Scaled(out, exit_angle_factor, out);
   use(*renderer, std::move(out));
   GiveBack(std::move(renderer));
@@ -102,20 +104,32 @@ ForwardModel::ForwardModel(const Chromophores& chromophores, const ProfileSource
 
 ForwardModel::ForwardModel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
-ForwardModel ForwardModel::With(const ImagingConditions& conditions) const {
+std::unique_ptr<ForwardModel::Impl> ForwardModel::Impl::Copy(const ImagingConditions& under,
+                                                             const ForwardOptions& with) const {
   std::vector<Band> bands;
-  for (const BandOptics& band : impl_->optics) bands.push_back(band.band);
-  CheckModelInputs(bands, conditions, impl_->options);
+  for (const BandOptics& band : optics) bands.push_back(band.band);
+  CheckModelInputs(bands, under, with);
   auto impl = std::make_unique<Impl>();
-  impl->tissue = impl_->tissue;
-  impl->conditions = conditions;
-  impl->options = impl_->options;
-  impl->exit_angle_factor = static_cast<float>(
-      ExitAngleFactor(conditions.geometry, impl->tissue.n_outside, impl->tissue.n_epidermis));
-  impl->optics = impl_->optics;
-  impl->totals = impl_->totals;
-  impl->widths = impl_->widths;
-  return ForwardModel(std::move(impl));
+  impl->tissue = tissue;
+  impl->conditions = under;
+  impl->options = with;
+  impl->exit_angle_factor =
+      static_cast<float>(ExitAngleFactor(under.geometry, tissue.n_outside, tissue.n_epidermis));
+  impl->optics = optics;
+  for (BandOptics& band : impl->optics)
+    band.terms = with.terms == kAutomaticTerms ? AutomaticTerms(band, tissue) : with.terms;
+  impl->totals = totals;
+  impl->widths = widths;
+  return impl;
+}
+
+ForwardModel ForwardModel::With(const ImagingConditions& conditions) const {
+  return ForwardModel(impl_->Copy(conditions, impl_->options));
+}
+
+ForwardModel ForwardModel::With(const ForwardOptions& options) const {
+  assert(options.full_band_integration == impl_->options.full_band_integration);
+  return ForwardModel(impl_->Copy(impl_->conditions, options));
 }
 
 ForwardModel::~ForwardModel() = default;
@@ -144,7 +158,7 @@ std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<co
   CheckLight(light, maps, band_count());
   std::vector<PlaneF> reflectance(band_count());
   ParallelFor(band_count(), [&](int band) {
-    impl_->RenderAnd(band, maps, light, [&](const BandRenderer& renderer, PlaneF out) {
+    impl_->RenderAnd(band, maps, light, false, [&](const BandRenderer& renderer, PlaneF out) {
       reflectance[band] = std::move(out);
       if (choices) (*choices)[band] = renderer.choice();
     });
@@ -158,7 +172,8 @@ PlaneF ForwardModel::RenderBand(int band, const ParameterMaps& maps, const Plane
   const std::span<const PlaneF> lights{light, light ? std::size_t{1} : std::size_t{0}};
   CheckLight(lights, maps, band_count());
   PlaneF reflectance;
-  impl_->RenderAnd(band, maps, lights, [&](BandRenderer&, PlaneF out) { reflectance = std::move(out); });
+  impl_->RenderAnd(band, maps, lights, false,
+                   [&](BandRenderer&, PlaneF out) { reflectance = std::move(out); });
   return reflectance;
 }
 
@@ -178,7 +193,7 @@ std::vector<PlaneF> ForwardModel::Tangent(const ParameterMaps& maps, const Param
   CheckLight(light, maps, band_count());
   std::vector<PlaneF> changes(band_count());
   ParallelFor(band_count(), [&](int band) {
-    impl_->RenderAnd(band, maps, light, [&](BandRenderer& renderer, const PlaneF&) {
+    impl_->RenderAnd(band, maps, light, true, [&](BandRenderer& renderer, const PlaneF&) {
       changes[band] = renderer.Tangent(impl_->optics[band], impl_->widths[band], maps, change,
                                        Impl::JunctionOf(band, change));
       Scaled(changes[band], impl_->exit_angle_factor, changes[band]);
@@ -195,7 +210,7 @@ ParameterMaps ForwardModel::Transpose(const ParameterMaps& maps, const WeighFunc
   std::vector<ParameterMaps> of_band(band_count());
   std::vector<PlaneF> junction(band_count());
   ParallelFor(band_count(), [&](int band) {
-    impl_->RenderAnd(band, maps, light, [&](BandRenderer& renderer, const PlaneF& reflectance) {
+    impl_->RenderAnd(band, maps, light, true, [&](BandRenderer& renderer, const PlaneF& reflectance) {
       PlaneF weights = weigh(band, reflectance);
       Scaled(weights, impl_->exit_angle_factor, weights);
       renderer.Transpose(impl_->optics[band], impl_->widths[band], maps, std::move(weights), of_band[band],

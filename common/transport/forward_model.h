@@ -101,6 +101,8 @@ class ForwardModel {
   // The same skin and bands under other conditions, such as another size of a pixel: the tables, which do not
   // depend on them, are taken over.
   ForwardModel With(const ImagingConditions& conditions) const;
+  // The same under other options; full_band_integration, for which tables were built or not, must stay.
+  ForwardModel With(const ForwardOptions& options) const;
 
   int band_count() const;
   const ImagingConditions& conditions() const;

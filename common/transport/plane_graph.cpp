@@ -19,11 +19,15 @@ PlaneF PlaneGraph::TakePlane(int width, int height) {
   return plane;
 }
 
-void PlaneGraph::GivePlane(PlaneF plane) {
-  if (!plane.empty()) free_[{plane.width(), plane.height()}].push_back(std::move(plane));
+void PlaneGraph::GivePlane(PlaneF&& plane) {
+  if (plane.empty()) return;
+  const std::pair shape{plane.width(), plane.height()};
+  free_[shape].push_back(std::move(plane));
+  plane = PlaneF();
 }
 
-void PlaneGraph::Clear() {
+void PlaneGraph::Clear(bool keep) {
+  keep_ = keep;
   ClearDerivatives();
   for (PlaneF& plane : values_) GivePlane(std::move(plane));
   values_.clear();

@@ -27,7 +27,12 @@ class PlaneGraph {
   // `border`: what lies beyond a plane for blurs that are told so and for stencils.
   explicit PlaneGraph(Border border) : blur_(border), mirrored_blur_(Border::kMirror), stencils_(border) {}
 
-  void Clear();  // forgets the record; keeps the memory
+  // Forgets the record; keeps the memory. `keep`: whether what follows will be asked for derivatives.
+  void Clear(bool keep = true);
+  // Not needed any more, unless for derivatives: its memory serves the next plane.
+  void Done(Id id) {
+    if (!keep_) GivePlane(std::move(values_[id]));
+  }
   // A plane that the caller fills.
   Id Input(int width, int height);
   PlaneF& Value(Id id) { return values_[id]; }
@@ -91,10 +96,11 @@ class PlaneGraph {
   void Backward(const Operation& operation);
   void Forward(const Operation& operation);
   PlaneF TakePlane(int width, int height);
-  void GivePlane(PlaneF plane);
+  void GivePlane(PlaneF&& plane);
 
   SeparableBlur blur_, mirrored_blur_;
   StencilRunner stencils_;
+  bool keep_ = true;
   std::deque<PlaneF> values_, derivatives_;
   std::vector<Operation> operations_;
   std::vector<Id> operands_;

@@ -21,7 +21,7 @@ constexpr double kClosing = 0.1;
 // on.
 constexpr double kGridsOfWindow = 4e-4, kGridsOfUniform = 2e-4, kStrictGrids = 2e-4;
 constexpr double kRounding = 1e-5;         // of single precision
-constexpr double kTables = 1e-4;  // of totals, between entries of the tables
+constexpr double kTables = 1e-4;           // of totals, between entries of the tables
 constexpr double kShareOfTolerance = 0.5;  // that margin or series may take, each
 
 double EffectiveAttenuation(double mu_a, double mu_s) {

@@ -60,25 +60,42 @@ PathLight::Id PathLight::OnPatch(const PlaneF& plane) {
   return id;
 }
 
+PathLight::Id PathLight::MapAndDrop(Id id, MapPair& maps) {
+  const Id mapped = Map(id, maps);
+  graph_.Done(id);
+  return mapped;
+}
+
+// Keeps `fine` itself, drops what lies between.
 PathLight::Id PathLight::SkinToWhole(Id fine) {
-  for (MapPair& maps : skin_down_) fine = Map(fine, maps);
-  return fine;
+  Id id = fine;
+  for (MapPair& maps : skin_down_) id = id == fine ? Map(id, maps) : MapAndDrop(id, maps);
+  return id;
 }
 
 PathLight::Id PathLight::LightToWhole(Id light) {
-  for (MapPair& maps : light_down_) light = Map(light, maps);
+  for (MapPair& maps : light_down_) light = MapAndDrop(light, maps);
   return light;
 }
 
 PathLight::Layer PathLight::MakeLayer(Id mu_a, const std::vector<double>& lengths_mm,
-                                      const SymmetricKernel& stray) {
+                                      const SymmetricKernel& stray, bool need_fine) {
   const double share = reciprocal() ? 0.5 : 1.0;  // of a path, at one end
   Layer layer;
   for (const double length_mm : lengths_mm) {
     Id fine = graph_.Exponential(mu_a, share * length_mm);
-    if (!stray.empty()) fine = graph_.Blur(fine, stray, true);
+    if (!stray.empty()) {
+      const Id blurred = graph_.Blur(fine, stray, true);
+      graph_.Done(fine);
+      fine = blurred;
+    }
     Id whole = SkinToWhole(fine);
-    if (frames_.window) whole = graph_.Weigh(whole, skin_share_);
+    if (!need_fine) graph_.Done(fine);
+    if (frames_.window) {
+      const Id on_skin = graph_.Weigh(whole, skin_share_);
+      graph_.Done(whole);
+      whole = on_skin;
+    }
     layer.fine.push_back(fine);
     layer.whole.push_back(whole);
     layer.rest.push_back(Map(whole, to_rest_));
@@ -89,6 +106,18 @@ PathLight::Layer PathLight::MakeLayer(Id mu_a, const std::vector<double>& length
 // Light as it is after the first half of its path.
 PathLight::Id PathLight::At(Id light, const Ids& ends, std::size_t path) {
   return reciprocal() ? graph_.Product(light, ends[path]) : light;
+}
+
+PathLight::Id PathLight::SumAndDrop(Id a, Id b) {
+  const Id both[] = {a, b};
+  const Id sum = graph_.Sum(both);
+  graph_.Done(a);
+  graph_.Done(b);
+  return sum;
+}
+
+bool PathLight::NeedsStencil(std::size_t level, std::size_t path) const {
+  return level < plan_->surface.size() && path < plan_->surface[level].size();
 }
 
 // Light along every path length on every grid, and its spectrum on the last.
@@ -111,15 +140,24 @@ void PathLight::Enter(const SeriesInput& input) {
       graph_.Value(light) = light_;
     }
     light_at_[j].push_back(light);
-    for (MapPair& maps : light_down_) light_at_[j].push_back(light = Map(light, maps));
+    for (std::size_t level = 0; level < light_down_.size(); ++level) {
+      const Id coarser = Map(light, light_down_[level]);
+      if (!NeedsStencil(level, j)) graph_.Done(light);
+      light_at_[j].push_back(light = coarser);
+    }
     entering_.push_back(graph_.ToSpectrum(light, whole_transform_));
+    graph_.Done(light);
   }
 }
 
 // Light that crosses the epidermis unscattered keeps its place.
 PathLight::Id PathLight::Ballistic(Id junction) {
   const Id passes = graph_.Exponential(mu_a_epidermis_, plan_->ballistic_mm, plan_->ballistic_share);
-  return LightToWhole(graph_.Weigh(graph_.Product(passes, junction), light_));
+  const Id through = graph_.Product(passes, junction);
+  graph_.Done(passes);
+  const Id lit = graph_.Weigh(through, light_);
+  graph_.Done(through);
+  return LightToWhole(lit);
 }
 
 // R2 * down, and R2 of ballistic light where there is some.
@@ -213,29 +251,37 @@ PathLight::Id PathLight::Below(const SeriesInput& input, Id junction) {
 
 // R1+ of the light, each grid its part, and T1- of the light from below.
 PathLight::Id PathLight::Leave(const Id* below) {
-  std::vector<PlaneGraph::Pair> leaving;
+  Ids leaving;
   Id up = 0;
   for (std::size_t j = 0; j < epidermis_.fine.size(); ++j) {
     if (below && (reciprocal() || j == 0))
       up = graph_.ToSpectrum(At(*below, epidermis_.whole, j), whole_transform_);
     const PlaneGraph::Weighted both[] = {{entering_[j], &plan_->r1_forward.planes[j]},
                                          {up, below ? &plan_->t1_backward.planes[j] : nullptr}};
-    Id light =
-        graph_.FromSpectrum(graph_.SumOfWeighted(std::span(both).first(below ? 2 : 1)), whole_transform_);
+    const Id spectrum = graph_.SumOfWeighted(std::span(both).first(below ? 2 : 1));
+    Id light = graph_.FromSpectrum(spectrum, whole_transform_);
+    graph_.Done(spectrum);
     for (std::size_t level = light_up_.size(); level-- > 0;) {
-      light = Map(light, light_up_[level]);
-      if (level < plan_->surface.size() && j < plan_->surface[level].size())
-        light = graph_.AddStencil(light_at_[j][level], light, plan_->surface[level][j]);
+      light = MapAndDrop(light, light_up_[level]);
+      if (!NeedsStencil(level, j)) continue;
+      const Id with_surface = graph_.AddStencil(light_at_[j][level], light, plan_->surface[level][j]);
+      graph_.Done(light);
+      if (reciprocal()) graph_.Done(light_at_[j][level]);
+      light = with_surface;
     }
-    leaving.emplace_back(epidermis_.fine[j], light);
+    const PlaneGraph::Pair pair[] = {{epidermis_.fine[j], light}};
+    leaving.push_back(graph_.SumOfProducts(pair));
+    graph_.Done(light);
+    graph_.Done(epidermis_.fine[j]);
+    if (leaving.size() == 2) leaving = {SumAndDrop(leaving[0], leaving[1])};
   }
-  return graph_.SumOfProducts(leaving);
+  return leaving[0];
 }
 
-void PathLight::Render(const SeriesInput& input, PathPlans& plans, PlaneF& reflectance) {
+void PathLight::Render(const SeriesInput& input, PathPlans& plans, bool keep, PlaneF& reflectance) {
   plan_ = plans.Get(input.tables, RangeOf(input.mu_a_epidermis, options_.tolerance),
                     RangeOf(input.mu_a_dermis, options_.tolerance), input.black_tape, frames_, options_);
-  graph_.Clear();
+  graph_.Clear(keep);
   const auto stray = [&](double mu_s) {
     return reciprocal() ? StrayKernel(1.0 / mu_s, frames_.pixel_size_mm) : SymmetricKernel{};
   };
@@ -244,10 +290,10 @@ void PathLight::Render(const SeriesInput& input, PathPlans& plans, PlaneF& refle
   mu_a_epidermis_ = OnPatch(input.mu_a_epidermis);
   mu_a_dermis_ = OnPatch(input.mu_a_dermis);
   junction_ = OnPatch(input.transmittance);
-  epidermis_ = MakeLayer(mu_a_epidermis_, plan_->epidermis_mm, stray_epidermis_);
+  epidermis_ = MakeLayer(mu_a_epidermis_, plan_->epidermis_mm, stray_epidermis_, true);
   Enter(input);
   if (input.terms > 0) {
-    dermis_ = MakeLayer(mu_a_dermis_, plan_->dermis_mm, stray_dermis_);
+    dermis_ = MakeLayer(mu_a_dermis_, plan_->dermis_mm, stray_dermis_, false);
     const Id below = Below(input, junction_);
     reflectance_ = Leave(&below);
   } else {

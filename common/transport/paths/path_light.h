@@ -21,12 +21,13 @@ class PathLight {
   // Where `SeriesInput::light` is given: the patch, a little widened.
   const Domain& domain() const { return frames_.patch; }
   // Hemispherical reflectance of the patch. Of `input`, the planes are as for ScatteringSeries.
-  void Render(const SeriesInput& input, PathPlans& plans, PlaneF& reflectance);
+  // `keep`: whether Tangent or Transpose will be asked.
+  void Render(const SeriesInput& input, PathPlans& plans, bool keep, PlaneF& reflectance);
   const PathPlan& plan() const { return *plan_; }  // of the last render
 
-  // Of the last render, on the patch: what a change of mu_a (of both layers) and of the junction's
-  // transmittance does to the reflectance, and, the other way, the derivatives by them of the sum of
-  // weights * reflectance. A change may be empty: none.
+  // Of the last render, if it was kept, on the patch: what a change of mu_a (of both layers) and of the
+  // junction's transmittance does to the reflectance, and, the other way, the derivatives by them of the sum
+  // of weights * reflectance. A change may be empty: none.
   using Changes = std::array<PlaneF, 3>;
   void Tangent(const Changes& changes, PlaneF& change);
   void Transpose(const PlaneF& weights, Changes& derivatives);
@@ -44,9 +45,11 @@ class PathLight {
 
   Id OnPatch(const PlaneF& plane);
   Id Map(Id id, MapPair& maps) { return graph_.Map(id, maps.map, maps.transposed); }
+  Id MapAndDrop(Id id, MapPair& maps);
   Id SkinToWhole(Id fine);
   Id LightToWhole(Id light);
-  Layer MakeLayer(Id mu_a, const std::vector<double>& lengths_mm, const SymmetricKernel& stray);
+  Layer MakeLayer(Id mu_a, const std::vector<double>& lengths_mm, const SymmetricKernel& stray,
+                  bool need_fine);
   Id At(Id light, const Ids& ends, std::size_t path);
   void Enter(const SeriesInput& input);
   Id Below(const SeriesInput& input, Id junction);
@@ -56,6 +59,8 @@ class PathLight {
   Id ReturnFromEpidermis(Id up, bool black_tape);
   Id Quotient(bool black_tape);
   Id Leave(const Id* below);
+  Id SumAndDrop(Id a, Id b);
+  bool NeedsStencil(std::size_t level, std::size_t path) const;
   bool reciprocal() const { return options_.coupling == Coupling::kReciprocal; }
 
   PathFrames frames_;

@@ -99,7 +99,7 @@ TEST_P(Derivatives, TransposeIsTheTranspose) {
 // Source: central differences of the render, Richardson's extrapolation of two steps. Single
 // precision rounds each pixel of a render, so a pixel's difference is good to some 1e-5 of its value over the
 // step; the mean over all pixels, where rounding averages out and an error of a derivative would not, to
-// 1e-5.
+// 2e-5.
 TEST_P(Derivatives, ProductIsTheLimitOfDifferences) {
   const ForwardModel model = ModelOf(GetParam());
   const ParameterMaps maps = SceneOf(GetParam());
