@@ -36,6 +36,9 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");
   app.add_option("--engine", args.engine, "lowrank | pyramid | cascade (default " + args.engine + ")");
+  app.add_option("--tolerance", args.options.tolerance,
+                 "How far a render may be off, relative (default 0: a tenth of the noise)")
+      ->check(CLI::Range(0.0, 0.1));
   app.add_option("--free", args.free, "auto (default), or names: C_m,beta_m,C_he,C_bc,C_hd");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the stack's own")
       ->check(CLI::Range(1e-4, 100.0));

@@ -6,6 +6,7 @@
 #include "apps/command_line.h"
 #include "apps/commands.h"
 #include "common/files/atomic_file.h"
+#include "common/files/choice_record.h"
 #include "common/files/tissue_config.h"
 #include "render/render.h"
 
@@ -37,6 +38,9 @@ void AddOptions(CLI::App& app, RenderArguments& args) {
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");
   app.add_option("--engine", args.engine, "lowrank | pyramid | cascade (default " + args.engine + ")");
+  app.add_option("--tolerance", args.options.forward.tolerance,
+                 "How far the render may be off, relative, rms (default 0.001; engine lowrank)")
+      ->check(CLI::Range(1e-6, 0.1));
   app.add_option("--config", args.config, "TOML with a [tissue] table");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the maps' own")
       ->check(CLI::Range(1e-4, 100.0));
@@ -55,7 +59,8 @@ Outcome Summarize(const RenderResult& result, const std::filesystem::path& path)
     json = {{"image", path.string()},
             {"picture", picture.string()},
             {"seconds", result.seconds},
-            {"notes", result.notes}};
+            {"notes", result.notes},
+            {"forward", ChoiceRecord(result.forward, result.image.bands)}};
   };
   return outcome;
 }

@@ -119,6 +119,38 @@ void FillMisfit(const Outcome& outcome, FitResult& result) {
         static_cast<float>(misfit.chi2_map.data()[i] * per_dof / static_cast<double>(result.bands.size()));
 }
 
+// The largest tolerance and the smallest that a tenth of the noise is taken for.
+constexpr double kLargestTolerance = 1e-2, kSmallestTolerance = 2e-4;
+constexpr double kDescentTolerance = 1e-5;
+
+double MedianRelativeNoise(const FitData& data) {
+  std::vector<double> noise;
+  for (int b = 0; b < data.band_count(); ++b)
+    for (std::size_t i = 0; i < data.fitted.size(); i += 7)
+      if (data.fitted.data()[i] && data.Has(b, i))
+        noise.push_back(data.sigma[b].data()[i] /
+                        std::max(data.measured[b].data()[i], data.sigma[b].data()[i]));
+  if (noise.empty()) return 10.0 * ForwardOptions{}.tolerance;
+  std::nth_element(noise.begin(), noise.begin() + static_cast<std::ptrdiff_t>(noise.size() / 2), noise.end());
+  return noise[noise.size() / 2];
+}
+
+// How exact renders must be: a tenth of the noise.
+ForwardOptions ForwardOptionsFor(const FitData& data, const FitOptions& options, RunLog& log) {
+  ForwardOptions forward = options.forward;
+  if (options.tolerance > 0.0) {
+    forward.tolerance = options.tolerance;
+  } else if (options.method == FitMethod::kDescent) {
+    // What is left out must not jump by more than a forward difference changes.
+    forward.tolerance = kDescentTolerance;
+  } else {
+    forward.tolerance = std::clamp(0.1 * MedianRelativeNoise(data), kSmallestTolerance, kLargestTolerance);
+    log.Decide(
+        Format("Renders are exact to %.2g of the reflectance, a tenth of the noise.", forward.tolerance));
+  }
+  return forward;
+}
+
 FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outcome,
                   const FitOptions& options, RunLog& log) {
   FitResult result;
@@ -132,6 +164,9 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.residual = Residual(data, outcome.state.predicted);
   result.history = std::move(log.history);
   FillMisfit(outcome, result);
+  result.tolerance = problem.model().options().tolerance;
+  if (problem.model().options().engine == Engine::kLowRank)
+    problem.model().Render(outcome.state.maps, {}, &result.forward);
   result.maps = std::move(outcome.state.maps);
   result.predicted = std::move(outcome.state.predicted);
   result.converged = outcome.converged;
@@ -161,9 +196,7 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
         "The multipole's reflectance is 8 % too low to 40 % too high, which a small residual does not show: "
         "on real "
         "skin it finds about half too much melanin. Use --profiles exact there (docs/optics.md).");
-  ForwardOptions forward = options.forward;
-  // What few path lengths leave out must not jump by more than a forward difference changes.
-  if (options.method == FitMethod::kDescent) forward.tolerance = std::min(forward.tolerance, 1e-5);
+  const ForwardOptions forward = ForwardOptionsFor(data, options, log);
   const ForwardModel tables(chromophores, *source, options.tissue, data.bands, data.conditions, forward);
   const ModelMaker make_model = [&](const ImagingConditions& conditions) { return tables.With(conditions); };
   const int full_width = data.width();

@@ -10,7 +10,7 @@
 
 #include "common/core/image.h"
 #include "common/tissue/parameters.h"
-#include "common/transport/conditions.h"
+#include "common/transport/forward_model.h"
 
 namespace dermap {
 
@@ -59,6 +59,8 @@ struct FitResult {
   std::string method;                  // descent, ...
   std::string profiles;                // multipole, ...
   std::string engine;                  // cascade, pyramid
+  double tolerance = 0.0;              // of a render, relative
+  std::vector<BandChoice> forward;     // what the engine `lowrank` took for each band in the last render
   std::vector<std::string> decisions;  // sentences: what the program decided by itself, and why
 };
 

@@ -32,6 +32,7 @@ struct FitOptions {
   DescentMetric metric = DescentMetric::kCurvature;
   std::string profiles = "exact";
   ForwardOptions forward;
+  double tolerance = 0.0;  // of a render, relative (ForwardOptions::tolerance); 0: a tenth of the noise
   std::vector<Parameter> free_parameters;        // empty: chosen by how many bands there are ("auto")
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
   StartPoint start = StartPoint::kAverage;       // descent only: fast always starts from the local inversion

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "common/files/atomic_file.h"
+#include "common/files/choice_record.h"
 #include "common/files/maps.h"
 #include "common/files/stack.h"
 
@@ -75,6 +76,8 @@ nlohmann::ordered_json FitRecord(const FitResult& result) {
   for (Parameter p : result.free_parameters)
     json["free_parameters"].push_back(std::string(kParameters[static_cast<int>(p)].name));
   json["decisions"] = result.decisions;
+  json["tolerance"] = result.tolerance;
+  json["forward"] = ChoiceRecord(result.forward, result.bands);
   json["history"] = nlohmann::ordered_json::array();
   for (const FitIteration& step : result.history)
     json["history"].push_back({{"iteration", step.iteration},

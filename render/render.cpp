@@ -151,7 +151,8 @@ RenderResult RenderMaps(const MapsFile& file, const RenderOptions& options, cons
   const ForwardModel model(chromophores, *source, options.tissue, bands, conditions, options.forward,
                            progress);
   const auto start = std::chrono::steady_clock::now();
-  result.image.reflectance = model.Render(maps, light.planes);
+  result.image.reflectance = model.Render(maps, light.planes, &result.forward);
+  if (options.forward.engine != Engine::kLowRank) result.forward.clear();
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
 
   result.image.bands = bands;

@@ -18,7 +18,7 @@ struct RenderOptions {
   std::string light = "uniform";   // see MakeLight
   std::vector<std::string> edits;  // see ParseEdit; applied in this order
   std::vector<double>
-      wavelengths_nm;  // monochromatic bands; empty: the bands of the maps, else [D08 7]'s eight
+      wavelengths_nm;              // monochromatic bands; empty: the bands of the maps, else [D08 7]'s eight
   std::string profiles = "exact";  // see MakeProfileSource
   ForwardOptions forward;
   TissueConfig tissue;
@@ -26,11 +26,12 @@ struct RenderOptions {
 };
 
 struct RenderResult {
-  ReflectanceStack image;          // light that leaves the skin, per unit of a capture's irradiance
-  Plane<Rgb8> colour;              // under daylight (CIE D65) with this pattern
-  double exposure = 1.0;           // factor on the reflectance in `colour`
-  std::vector<std::string> notes;  // sentences: what was assumed, edited, clamped
-  double seconds = 0.0;            // of the render itself, without the tables
+  ReflectanceStack image;           // light that leaves the skin, per unit of a capture's irradiance
+  Plane<Rgb8> colour;               // under daylight (CIE D65) with this pattern
+  double exposure = 1.0;            // factor on the reflectance in `colour`
+  std::vector<std::string> notes;   // sentences: what was assumed, edited, clamped
+  std::vector<BandChoice> forward;  // what the engine `lowrank` took for each band; otherwise empty
+  double seconds = 0.0;             // of the render itself, without the tables
 };
 
 // Throws InputError for maps or options that cannot be rendered.
