@@ -66,14 +66,14 @@ PixelSystem LocalSystem(const PatchProblem& problem, std::size_t pixel, const Pa
   if (chi2) *chi2 = 0.0;
   for (int b = 0; b < data.band_count(); ++b) {
     if (!data.Has(b, pixel)) continue;
-    ParameterVector gradient;
-    const double local = problem.model().LocalReflectance(b, p, junction, gradient);
-    const double rendered = predicted ? (*predicted)[b].data()[pixel] : local;
+    const ParameterVector sensitivity = problem.model().LocalSensitivity(b, p, junction);
+    const double rendered =
+        predicted ? (*predicted)[b].data()[pixel] : problem.model().LocalReflectance(b, p, junction);
     const LogResidual datum =
         LogResidualOf(data.measured[b].data()[pixel], data.sigma[b].data()[pixel], rendered);
     FreeVector row{};
     for (int j = 0; j < space.count(); ++j)
-      row[j] = gradient[static_cast<int>(space.parameter(j))] / local * space.scale(j) * datum.weight;
+      row[j] = sensitivity[static_cast<int>(space.parameter(j))] * space.scale(j) * datum.weight;
     system.Add(row, datum.residual);
     if (chi2) *chi2 += datum.residual * datum.residual;
   }

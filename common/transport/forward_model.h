@@ -138,6 +138,10 @@ class ForwardModel {
   double LocalReflectance(int band, const ParameterVector& p, double junction_absorbance,
                           ParameterVector& gradient) const;
 
+  // Derivatives of the logarithm of that reflectance at the band's centre alone, several times cheaper: a
+  // filter's width changes reflectance by some percent, but hardly how it answers to the parameters.
+  ParameterVector LocalSensitivity(int band, const ParameterVector& p, double junction_absorbance) const;
+
  private:
   struct Impl;
   explicit ForwardModel(std::unique_ptr<Impl> impl);
