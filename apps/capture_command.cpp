@@ -9,6 +9,7 @@
 #include "apps/command_line.h"
 #include "apps/commands.h"
 #include "apps/terminal_operator.h"
+#include "common/files/atomic_file.h"
 
 namespace dermap {
 namespace {
@@ -20,37 +21,46 @@ void AskToStop(int) {
 }
 
 // Where the time went, device by device: what overlaps is counted for each.
-std::string DescribeTimeline(const std::vector<FrameTiming>& timeline) {
-  FrameTiming sum;
-  for (const FrameTiming& t : timeline) {
-    sum.wheel_s += t.wheel_s;
-    sum.flash_s += t.flash_s;
-    sum.expose_s += t.expose_s;
-    sum.fetch_s += t.fetch_s;
-    sum.check_s += t.check_s;
-    sum.write_s += t.write_s;
+std::string DescribeTimeline(const SessionTimeline& timeline) {
+  if (timeline.frames.empty()) return "";
+  double expose_s = 0.0, fetch_s = 0.0, check_s = 0.0, write_s = 0.0;
+  for (const FrameTiming& t : timeline.frames) {
+    expose_s += t.expose.seconds();
+    fetch_s += t.fetch.seconds();
+    check_s += t.check.seconds();
+    write_s += t.write.seconds();
   }
-  char text[200];
-  std::snprintf(
-      text, sizeof text,
-      "time: camera %.1f s (expose %.1f, fetch %.1f), wheel %.1f s, waiting for the flash %.1f s, checking "
-      "%.1f s, writing %.1f s\n",
-      sum.expose_s + sum.fetch_s, sum.expose_s, sum.fetch_s, sum.wheel_s, sum.flash_s, sum.check_s,
-      sum.write_s);
-  return timeline.empty() ? "" : text;
+  const ChainTimes c = AddUp(timeline);
+  char text[400];
+  std::snprintf(text, sizeof text,
+                "time: camera %.1f s (expose %.1f, fetch %.1f), wheel %.1f s, flash %.1f s, checking %.1f s, "
+                "writing %.1f s\n"
+                "      %.1f s without the operator, %+.1f %% against the slowest device alone\n",
+                c.camera_s, expose_s, fetch_s, c.wheel_s, c.flash_s, check_s, write_s, c.taken_s,
+                100.0 * c.overhead());
+  return text;
 }
 
-nlohmann::json TimelineToJson(const std::vector<FrameTiming>& timeline) {
-  nlohmann::json list = nlohmann::json::array();
-  for (const FrameTiming& t : timeline) {
-    list.push_back({{"wheel_s", t.wheel_s},
-                    {"flash_s", t.flash_s},
-                    {"expose_s", t.expose_s},
-                    {"fetch_s", t.fetch_s},
-                    {"check_s", t.check_s},
-                    {"write_s", t.write_s}});
+nlohmann::json SpanToJson(const TimeSpan& span) {
+  return {span.start_s, span.end_s};
+}
+
+nlohmann::json TimelineToJson(const SessionTimeline& timeline) {
+  nlohmann::json frames = nlohmann::json::array(), waits = nlohmann::json::array();
+  for (const FrameTiming& t : timeline.frames) {
+    frames.push_back({{"number", t.number},
+                      {"good", t.good},
+                      {"wheel_s", SpanToJson(t.wheel)},
+                      {"flash_s", SpanToJson(t.flash)},
+                      {"expose_s", SpanToJson(t.expose)},
+                      {"fetch_s", SpanToJson(t.fetch)},
+                      {"check_s", SpanToJson(t.check)},
+                      {"write_s", SpanToJson(t.write)}});
   }
-  return list;
+  for (const TimeSpan& wait : timeline.waits) waits.push_back(SpanToJson(wait));
+  const ChainTimes c = AddUp(timeline);
+  return {{"frames", frames},     {"operator_s", waits},  {"camera_s", c.camera_s},  {"wheel_s", c.wheel_s},
+          {"flash_s", c.flash_s}, {"taken_s", c.taken_s}, {"overhead", c.overhead()}};
 }
 
 Outcome Summarize(const CaptureSummary& summary, const CaptureOptions& options) {
@@ -75,6 +85,7 @@ Outcome Summarize(const CaptureSummary& summary, const CaptureOptions& options) 
             {"frames_total", summary.total},
             {"frames_from_reference", summary.from_reference},
             {"timeline", TimelineToJson(summary.timeline)},
+            {"exposure_changes", summary.session.exposure_changes.size()},
             {"seconds", summary.seconds},
             {"warnings", summary.warnings}};
   };
@@ -94,6 +105,9 @@ int RunCaptureCommand(int argc, char** argv) {
                            "For simulated devices: a scene TOML instead of the rig's");
   command.app().add_option("--reference", options.reference,
                            "An earlier session whose black and Spectralon frames are taken over");
+  std::filesystem::path timeline;
+  command.app().add_option("--timeline", timeline,
+                           "Where to draw what each device did when, as an SVG picture");
   return command.Run(argc, argv, [&] {
     std::signal(SIGINT, AskToStop);
     std::signal(SIGTERM, AskToStop);
@@ -101,7 +115,9 @@ int RunCaptureCommand(int argc, char** argv) {
     options.ask = AskOnTerminal(options.stop);
     ProgressBar bar("capture");
     options.progress = bar.Function();
-    return Summarize(RunCapture(options), options);
+    const CaptureSummary summary = RunCapture(options);
+    if (!timeline.empty()) WriteFileAtomically(timeline, TimelineSvg(summary.timeline));
+    return Summarize(summary, options);
   });
 }
 

@@ -66,7 +66,8 @@ class CaptureDaemon {
   std::optional<int> NextRetake();
   void OnFrame(const FrameEvent& event, const RawFrame& raw);
   void Launch(const SessionForm& form);
-  void Changed();  // with the lock held
+  void AddWarning(const std::string& warning);  // with the lock held; empty: none
+  void Changed();                               // with the lock held
   static const char* PhaseName(Phase phase);
   std::filesystem::path FolderOf(const std::string& name) const;
   bool Busy() const {
