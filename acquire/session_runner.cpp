@@ -139,6 +139,7 @@ void SessionRunner::Run() {
     }
     if (next == nullptr) break;
     if (ShallStop()) return;
+    StartMove(next->slot);  // while the operator is busy
     if (!Place(next->role) || !TakePatiently(next->number)) return;
   }
   if (schedule_changed_) station_.WriteRecords(folder_.session().directory, folder_.schedule());
@@ -210,19 +211,25 @@ void SessionRunner::Take(int number) {
 std::string SessionRunner::Expose(const FrameRecord& planned, FrameTiming& timing) {
   const CaptureSettings settings{planned.exposure_ms, planned.iso, planned.number};
   Step("move", &planned);
+  timing.ready.start_s = Now();
   station_.camera().MakeReady(settings);  // while the wheel turns and the flash recycles
+  timing.ready.end_s = Now();
   FinishMove(planned.slot);
   timing.wheel = wheel_span_;
   wheel_span_ = {};
-  if (flash_ready_) std::this_thread::sleep_until(*flash_ready_);
+  // It takes the camera a while to press; the quickest press so far is what may be counted on.
+  if (flash_ready_)
+    std::this_thread::sleep_until(*flash_ready_ - quickest_press_.value_or(Clock::duration{}));
   Step("expose", &planned);
   timing.expose.start_s = Now();
+  const Clock::time_point start = Clock::now();
   const Clock::time_point pressed = station_.camera().Expose(settings);
   timing.expose.end_s = Now();
+  quickest_press_ = std::min(quickest_press_.value_or(pressed - start), pressed - start);
   const double recycle_s = folder_.session().rig.flash_recycle_s;
   timing.flash.start_s = std::chrono::duration<double>(pressed - start_).count();
   timing.flash.end_s = timing.flash.start_s + recycle_s;
-  // The time from press to flash is the same for every frame.
+  // From press to flash is the same time for every frame.
   flash_ready_ =
       pressed + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(recycle_s));
   return NowUtc();

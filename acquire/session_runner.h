@@ -67,7 +67,8 @@ class SessionRunner {
   int moving_to_ = 0, stands_at_ = 0;
   TimeSpan wheel_span_;  // of the last move
   std::optional<Clock::time_point> flash_ready_;
-  int underexposed_ = 0;  // the frame that looked so in its last attempt
+  std::optional<Clock::duration> quickest_press_;  // from asking the camera to its answer
+  int underexposed_ = 0;                           // the frame that looked so in its last attempt
   double progress_ = 0.0;
   bool schedule_changed_ = false;
 };

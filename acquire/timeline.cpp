@@ -15,18 +15,35 @@ struct Row {
   const char* name;
   const char* colour;
 };
-constexpr std::array kRows{Row{"operator", "#b0b7c0"}, Row{"wheel", "#6f9fd8"}, Row{"flash", "#e5b34b"},
-                           Row{"expose", "#d9584f"},   Row{"fetch", "#8e6bbf"}, Row{"check", "#4fae7a"},
-                           Row{"write", "#2f7f86"}};
+constexpr std::array kRows{Row{"operator", "#b0b7c0"}, Row{"wheel", "#6f9fd8"},  Row{"flash", "#e5b34b"},
+                           Row{"set", "#c98fb0"},      Row{"expose", "#d9584f"}, Row{"fetch", "#8e6bbf"},
+                           Row{"check", "#4fae7a"},    Row{"write", "#2f7f86"}};
 
-bool WaitsBetween(const SessionTimeline& t, const FrameTiming& a, const FrameTiming& b) {
-  return std::any_of(t.waits.begin(), t.waits.end(), [&](const TimeSpan& wait) {
-    return wait.start_s >= a.expose.end_s && wait.end_s <= b.expose.start_s;
-  });
+// Of a span, where the operator is not waited for.
+double WithoutWaits(const TimeSpan& span, const SessionTimeline& t) {
+  double seconds = span.seconds();
+  for (const TimeSpan& wait : t.waits)
+    seconds -= TimeSpan{std::max(span.start_s, wait.start_s), std::min(span.end_s, wait.end_s)}.seconds();
+  return seconds;
+}
+
+// What the slowest device needs between this exposure and the next; after the last one, the camera.
+double BetweenExposures(const SessionTimeline& t, std::size_t i) {
+  const FrameTiming& f = t.frames[i];
+  if (i + 1 == t.frames.size()) return f.fetch.seconds();
+  const FrameTiming& next = t.frames[i + 1];
+  const double press_s =
+      std::max(0.0, next.flash.start_s - next.expose.start_s);  // begins before the flash is ready
+  const double flash_s = WithoutWaits({f.expose.end_s, f.flash.end_s}, t) - press_s;
+  return std::max({f.fetch.seconds() + next.ready.seconds(), WithoutWaits(next.wheel, t), flash_s});
 }
 
 double StartOf(const FrameTiming& f) {
-  return f.wheel.seconds() > 0.0 ? std::min(f.wheel.start_s, f.expose.start_s) : f.expose.start_s;
+  double start_s = f.expose.start_s;
+  for (const TimeSpan& span : {f.wheel, f.ready}) {
+    if (span.seconds() > 0.0) start_s = std::min(start_s, span.start_s);
+  }
+  return start_s;
 }
 double EndOf(const FrameTiming& f) {
   return std::max({f.expose.end_s, f.fetch.end_s, f.check.end_s, f.write.end_s});
@@ -91,18 +108,14 @@ ChainTimes AddUp(const SessionTimeline& timeline) {
   double start_s = StartOf(timeline.frames[0]), end_s = 0.0;
   for (std::size_t i = 0; i < timeline.frames.size(); ++i) {
     const FrameTiming& f = timeline.frames[i];
-    sum.camera_s += f.expose.seconds() + f.fetch.seconds();
-    sum.wheel_s += f.wheel.seconds();
-    const bool followed =
-        i + 1 < timeline.frames.size() && !WaitsBetween(timeline, f, timeline.frames[i + 1]);
-    if (followed) sum.flash_s += f.flash.seconds();
+    sum.camera_s += f.ready.seconds() + f.expose.seconds() + f.fetch.seconds();
+    sum.wheel_s += WithoutWaits(f.wheel, timeline);
+    sum.turns_s += f.expose.seconds() + BetweenExposures(timeline, i);
+    if (i + 1 < timeline.frames.size()) sum.flash_s += WithoutWaits(f.flash, timeline);
     start_s = std::min(start_s, StartOf(f));
     end_s = std::max(end_s, EndOf(f));
   }
-  sum.taken_s = end_s - start_s;
-  for (const TimeSpan& wait : timeline.waits) {
-    sum.taken_s -= std::max(0.0, std::min(wait.end_s, end_s) - std::max(wait.start_s, start_s));
-  }
+  sum.taken_s = WithoutWaits({start_s, end_s}, timeline);
   return sum;
 }
 
@@ -114,7 +127,7 @@ std::string TimelineSvg(const SessionTimeline& timeline) {
   for (const TimeSpan& wait : timeline.waits) chart.Bar(0, wait, "operator", 0);
   for (const FrameTiming& f : timeline.frames) {
     const TimeSpan recycling{f.flash.start_s, std::min(f.flash.end_s, end_s)};
-    const TimeSpan spans[]{f.wheel, recycling, f.expose, f.fetch, f.check, f.write};
+    const TimeSpan spans[]{f.wheel, recycling, f.ready, f.expose, f.fetch, f.check, f.write};
     for (std::size_t r = 0; r < std::size(spans); ++r)
       chart.Bar(r + 1, spans[r], kRows[r + 1].name, f.number);
   }

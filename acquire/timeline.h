@@ -22,6 +22,7 @@ struct FrameTiming {
   bool good = false;  // kept; else it was exposed again
   TimeSpan wheel;     // its move for this frame
   TimeSpan flash;     // recycling after this frame
+  TimeSpan ready;     // setting the camera for it
   TimeSpan expose, fetch, check, write;
 };
 
@@ -31,12 +32,14 @@ struct SessionTimeline {
 };
 
 struct ChainTimes {
-  double camera_s = 0.0;  // exposing and fetching
+  double camera_s = 0.0;  // being set, exposing and fetching
   double wheel_s = 0.0;   // moving
-  double flash_s = 0.0;   // recycling between two frames with no wait for the operator between them
-  double taken_s = 0.0;   // from the first step of the first frame to the end of the last, without the waits
-  double slowest_s() const;
-  double overhead() const;  // how much longer it took than the slowest device alone: 0.05 is 5 %
+  double flash_s = 0.0;   // recycling between two frames, where the operator is not waited for
+  double turns_s =
+      0.0;  // exposures, and between two of them the slowest device: none may move while one exposes
+  double taken_s = 0.0;  // from the first step of the first frame to the end of the last, without the waits
+  double slowest_s() const;  // of camera, wheel and flash
+  double overhead() const;   // how much longer it took than the slowest device alone: 0.05 is 5 %
 };
 ChainTimes AddUp(const SessionTimeline& timeline);
 

@@ -207,7 +207,7 @@ void Gphoto2Camera::Set(const CaptureSettings& s) {
   if (set_ && set_->iso == s.iso && set_->exposure_ms == s.exposure_ms) return;
   set_.reset();
   helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
-  set_ = s;
+  set_ = s;  // until the next shot, which may fill the card
 }
 
 void Gphoto2Camera::Check(const CaptureSettings& settings) {
@@ -225,6 +225,7 @@ std::optional<int> Gphoto2Camera::RoomForFrames() {
 
 std::chrono::steady_clock::time_point Gphoto2Camera::ExposeOnce(const CaptureSettings& s) {
   Set(s);
+  set_.reset();
   const auto open = patience_.shutter + milliseconds(std::lround(s.exposure_ms));
   const auto quiet = files_owed_ > 0 ? patience_.quiet : milliseconds(0);
   // From here on a file may come; until it has, one is owed.

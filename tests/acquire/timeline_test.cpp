@@ -35,11 +35,21 @@ TEST(Timeline, HoldsTheSessionAgainstItsSlowestDevice) {
   EXPECT_NEAR(c.overhead(), 0.225, 1e-9);
 }
 
-// The flash recycles while the operator works: neither the wait nor the recycling before it counts.
+// What must follow each other: three exposures of 0.2 s, 3.8 s of recycling after two of them, 0.8 s of
+// fetching.
+TEST(Timeline, KnowsWhatMustFollowEachOther) {
+  const SessionTimeline timeline{{Frame(1, 0.6, 0.0), Frame(2, 4.6, 0.9), Frame(3, 8.6, 4.9)}, {}};
+  EXPECT_NEAR(AddUp(timeline).turns_s, 3 * 0.2 + 2 * 3.8 + 0.8, 1e-9);
+  SessionTimeline no_flash = timeline;
+  for (FrameTiming& f : no_flash.frames) f.flash = {};
+  EXPECT_NEAR(AddUp(no_flash).turns_s, 3 * 0.2 + 3 * 0.8, 1e-9);
+}
+
+// The flash recycles from 0.6 to 4.6 s, the operator is waited for from 1.8 to 29.4 s: 1.2 s of it count.
 TEST(Timeline, LeavesOutTheOperator) {
   const SessionTimeline timeline{{Frame(1, 0.6, 0.0), Frame(2, 30.0, 29.4)}, {{1.8, 29.4}}};
   const ChainTimes c = AddUp(timeline);
-  EXPECT_NEAR(c.flash_s, 0.0, 1e-9);
+  EXPECT_NEAR(c.flash_s, 1.2, 1e-9);
   EXPECT_NEAR(c.taken_s, 31.2 - 27.6, 1e-9);
 }
 
