@@ -69,6 +69,9 @@ int RunServeCommand(int argc, char** argv) {
   command.app().add_option("--listen", listen, "ADDRESS:PORT; beyond this machine only with a token");
   command.app().add_option("--token-file", token_file, "A file with a token that everyone has to show");
   return command.Run(argc, argv, [&] {
+    options.on_request = [](const OperatorRequest& request) {
+      std::fprintf(stderr, "%s\n", RequestLine(request).c_str());
+    };
     ServerOptions server = ParseDaemonAddress("--listen", listen);
     server.token = ReadDaemonToken(token_file);
     return Serve(options, server);

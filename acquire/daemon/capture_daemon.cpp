@@ -166,6 +166,7 @@ void CaptureDaemon::Retake(int frame_number) {
 }
 
 bool CaptureDaemon::Ask(const OperatorRequest& request) {
+  if (options_.on_request) options_.on_request(request);
   std::unique_lock lock(mutex_);
   request_ = request;
   answered_ = false;

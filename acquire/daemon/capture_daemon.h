@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -24,6 +25,8 @@ struct DaemonOptions {
   std::filesystem::path rig;
   std::filesystem::path plan;
   std::filesystem::path root;  // session folders lie in it, and nowhere else
+  // Told of whatever the operator is asked for, for the log.
+  std::function<void(const OperatorRequest&)> on_request{};
 };
 
 // What an operator fills in; names of people do not belong here.
