@@ -129,9 +129,12 @@ def two_windows(browser, page, url, picture):
     watcher.wait("S && !$('helm').classList.contains('hide')")
     expect(watcher.eval("$('formbox').classList.contains('hide')"), "who watches cannot start")
     expect(watcher.eval("!document.querySelector('[data-retake]')"), "who watches cannot retake")
+    before = page.eval("S.frames.find(f => f.number === 6).version")
     page.eval("document.querySelector('[data-retake=\"6\"]').click()")
-    answer_until(page, "(S.state === 'complete' && !S.request)")
-    watcher.wait(STATE + " === 'complete'")
+    # The old session is complete too: another picture of the frame tells that this one is.
+    again = "(S.state === 'complete' && S.frames.find(f => f.number === 6).version > %d)" % before
+    answer_until(page, again)
+    watcher.wait(again)
     picture("watching", watcher)
     watcher.close()
 
