@@ -20,6 +20,7 @@ class ReferenceSession {
   // Throws InputError where it has none.
   FrameRecord Find(const FrameRecord& planned);
   RawFrame Read(const FrameRecord& frame) const;
+  const std::vector<ExposureChange>& exposure_changes() const { return session_.exposure_changes; }
   double age_h() const { return age_h_; }
   const std::filesystem::path& directory() const { return session_.directory; }
 

@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 #include <span>
-#include <utility>
 
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
@@ -13,11 +12,9 @@
 namespace dermap {
 namespace {
 
-using Setting = std::pair<double, int>;  // exposure_ms, ISO
-
-std::vector<Setting> DistinctSettings(const PlanConfig& plan) {
-  std::vector<Setting> settings;
-  for (const PlannedExposure& e : plan.exposures) settings.emplace_back(e.exposure_ms, e.iso);
+std::vector<ExposureSetting> DistinctSettings(const PlanConfig& plan) {
+  std::vector<ExposureSetting> settings;
+  for (const PlannedExposure& e : plan.exposures) settings.push_back({e.exposure_ms, e.iso});
   std::sort(settings.begin(), settings.end());
   settings.erase(std::unique(settings.begin(), settings.end()), settings.end());
   return settings;
@@ -78,6 +75,35 @@ std::string Fingerprint(const RigConfig& rig, const std::vector<FrameRecord>& sc
   if (!rig.simulated_scene.empty()) j["scene"] = Sha256OfFile(rig.simulated_scene);
   const std::string text = j.dump();
   return Sha256(std::as_bytes(std::span(text)));
+}
+
+void ApplyExposureChange(const ExposureChange& change, std::vector<FrameRecord>& schedule) {
+  for (FrameRecord& f : schedule) {
+    const bool meant = f.role == FrameRole::kSkin || f.role == change.role;
+    if (f.slot == change.slot && f.role != FrameRole::kBlack && meant) f.iso = change.to_iso;
+  }
+}
+
+std::vector<ExposureSetting> SettingsWithoutBlack(const std::vector<FrameRecord>& taken,
+                                                  const std::vector<FrameRecord>& schedule) {
+  std::vector<ExposureSetting> lacking;
+  for (const FrameRecord& f : taken) {
+    const ExposureSetting setting{f.exposure_ms, f.iso};
+    const bool black = std::any_of(schedule.begin(), schedule.end(), [&](const FrameRecord& b) {
+      return b.role == FrameRole::kBlack && b.exposure_ms == f.exposure_ms && b.iso == f.iso;
+    });
+    if (!black && std::find(lacking.begin(), lacking.end(), setting) == lacking.end())
+      lacking.push_back(setting);
+  }
+  return lacking;
+}
+
+void AddBlackFrames(const ExposureSetting& setting, int count, const RigConfig& rig,
+                    std::vector<FrameRecord>& schedule) {
+  for (int r = 0; r < count; ++r) {
+    schedule.push_back(Frame(FrameRole::kBlack, *FindOpaqueSlot(rig), setting.exposure_ms, setting.iso));
+    schedule.back().number = static_cast<int>(schedule.size());
+  }
 }
 
 bool SamePlace(const FrameRecord& a, const FrameRecord& b) {

@@ -2,6 +2,7 @@
 // Which frames a plan asks for, in the order in which they are taken.
 #pragma once
 
+#include <compare>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -11,6 +12,12 @@
 
 namespace dermap {
 
+struct ExposureSetting {
+  double exposure_ms = 0.0;
+  int iso = 0;
+  auto operator<=>(const ExposureSetting&) const = default;
+};
+
 // Black frames for each distinct exposure and ISO through the opaque slot, then Spectralon for each filter,
 // then skin for each filter (all filters before any is repeated, so that the subject moves little between
 // bands). Files, hashes and times are still empty. Throws InputError where the rig cannot take the plan.
@@ -19,6 +26,16 @@ std::vector<FrameRecord> MakeSchedule(const RigConfig& rig, const PlanConfig& pl
 // SHA-256 of everything that must be the same for a session to be resumed: the schedule, the rig's geometry
 // and the contents of the simulated scene.
 std::string Fingerprint(const RigConfig& rig, const std::vector<FrameRecord>& schedule);
+
+// Takes all frames of a filter that the change is for at its new ISO.
+void ApplyExposureChange(const ExposureChange& change, std::vector<FrameRecord>& schedule);
+
+// Exposure and ISO of frames that were taken and that the schedule has no black frame for, each once.
+std::vector<ExposureSetting> SettingsWithoutBlack(const std::vector<FrameRecord>& taken,
+                                                  const std::vector<FrameRecord>& schedule);
+// Adds `count` black frames for one setting behind all others, so that the numbers of those there stay.
+void AddBlackFrames(const ExposureSetting& setting, int count, const RigConfig& rig,
+                    std::vector<FrameRecord>& schedule);
 
 // Whether both stand for the same place in a schedule.
 bool SamePlace(const FrameRecord& a, const FrameRecord& b);

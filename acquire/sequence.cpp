@@ -59,11 +59,13 @@ CaptureSummary RunCapture(const CaptureOptions& options) {
 CaptureSummary RunCapture(const CaptureOptions& options, Station& station) {
   const auto start = std::chrono::steady_clock::now();
   SessionFolder folder = OpenSession(options, RigOf(options));
+  folder.AddMissingBlackFrames();  // one may have ended between the last changed frame and its black ones
   CaptureSummary summary;
-  summary.total = folder.total();
   summary.kept = folder.done();
-  if (summary.kept < summary.total || options.retake) SessionRunner(folder, station, options, summary).Run();
+  if (folder.done() < folder.total() || options.retake)
+    SessionRunner(folder, station, options, summary).Run();
   folder.Close();
+  summary.total = folder.total();
   summary.session = folder.session();
   summary.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return summary;

@@ -12,20 +12,11 @@
 
 #include "acquire/devices/station.h"
 #include "acquire/frame_check.h"
+#include "acquire/timeline.h"
 #include "common/core/progress.h"
 #include "common/files/session.h"
 
 namespace dermap {
-
-// Where the time of one frame went, in seconds; the wheel's move overlaps the fetching of the frame before.
-struct FrameTiming {
-  double wheel_s = 0.0;  // moving
-  double flash_s = 0.0;  // waiting for the flash
-  double expose_s = 0.0;
-  double fetch_s = 0.0;
-  double check_s = 0.0;
-  double write_s = 0.0;
-};
 
 struct FrameEvent {
   FrameRecord frame;
@@ -58,6 +49,8 @@ struct CaptureOptions {
   // nullptr).
   std::function<void(const std::string&, const FrameRecord*)> on_step;
   std::function<void(const FrameEvent&, const RawFrame&)> on_frame;  // after each frame that is safe
+  // All frames to take: at the beginning, and whenever an exposure was changed (then with the sentence why).
+  std::function<void(const std::vector<FrameRecord>&, const std::string&)> on_schedule;
   std::function<bool()> stop;  // asked before each frame; true ends the session, to be resumed
   std::function<std::optional<int>()> retake;  // asked before each frame: the number of one to take again
 };
@@ -67,10 +60,10 @@ struct CaptureSummary {
   int taken = 0;    // frames exposed by this run
   int kept = 0;     // frames that an interrupted run had left
   int from_reference = 0;
-  int total = 0;  // frames of the plan
+  int total = 0;  // frames of the plan, and black ones for changed exposures
   double seconds = 0.0;
   std::vector<std::string> warnings;
-  std::vector<FrameTiming> timeline;  // of the frames taken
+  SessionTimeline timeline;
 };
 
 // Throws InputError (plan and rig that do not fit, a folder that holds a session already, nothing to resume),

@@ -96,23 +96,38 @@ void SessionFolder::Restore(const std::string& fingerprint) {
     journal_->Append({{"event", "session_resumed"}, {"time_utc", NowUtc()}, {"kept", done()}});
 }
 
+void SessionFolder::KeepFrame(FrameRecord frame, const std::string& journal) {
+  const auto place = static_cast<std::size_t>(frame.number) - 1;
+  if (place >= schedule_.size() || !SamePlace(frame, schedule_[place])) {
+    throw InputError(journal + ": " + DescribeFrame(frame) +
+                     " is not in the plan; remedy: restore the journal from a copy");
+  }
+  auto& frames = session_.frames;
+  std::erase_if(frames,
+                [&](const FrameRecord& f) { return f.number == frame.number; });  // the last one counts
+  frames.push_back(std::move(frame));
+}
+
+// The schedule as it was changed, and the frames that were taken by it.
 void SessionFolder::KeepFramesOf(const std::vector<json>& events) {
   const std::string journal = (session_.directory / "journal.jsonl").string();
-  auto& frames = session_.frames;
   for (const json& event : events) {
-    ended_ = KindOf(event) == "session_complete";
-    if (KindOf(event) != "frame" || !event.contains("frame")) continue;
-    const FrameRecord frame = FrameFromJson(event["frame"], journal);
-    const auto place = static_cast<std::size_t>(frame.number) - 1;
-    if (place >= schedule_.size() || !SamePlace(frame, schedule_[place])) {
-      throw InputError(journal + ": " + DescribeFrame(frame) +
-                       " is not in the plan; remedy: restore the journal from a copy");
+    const std::string kind = KindOf(event);
+    ended_ = kind == "session_complete";
+    if (kind == "frame" && event.contains("frame"))
+      KeepFrame(FrameFromJson(event["frame"], journal), journal);
+    if (kind == "exposure_changed")
+      Apply(ExposureChangeFromJson(event.value("change", json::object()), journal));
+    if (kind == "black_frames_added") {
+      AddBlackFrames({event.value("exposure_ms", 0.0), event.value("iso", 0)}, session_.plan.black_frames,
+                     session_.rig, schedule_);
     }
-    std::erase_if(frames, [&](const FrameRecord& f) {
-      return f.number == frame.number;
-    });  // taken again: the last counts
-    frames.push_back(frame);
   }
+  DropDamaged();
+}
+
+void SessionFolder::DropDamaged() {
+  auto& frames = session_.frames;
   std::erase_if(frames, [&](const FrameRecord& f) {
     std::error_code error;
     const fs::path file = session_.directory / f.file;
@@ -121,6 +136,31 @@ void SessionFolder::KeepFramesOf(const std::vector<json>& events) {
     return true;
   });
   std::sort(frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
+}
+
+void SessionFolder::Apply(const ExposureChange& change) {
+  ApplyExposureChange(change, schedule_);
+  std::erase_if(session_.frames, [&](const FrameRecord& f) {
+    return !SamePlace(f, schedule_[static_cast<std::size_t>(f.number) - 1]);
+  });
+  session_.exposure_changes.push_back(change);
+}
+
+void SessionFolder::ChangeExposure(ExposureChange change) {
+  change.time_utc = NowUtc();
+  journal_->Append({{"event", "exposure_changed"}, {"change", ExposureChangeToJson(change)}});
+  Apply(change);
+  WriteSession(session_);
+}
+
+bool SessionFolder::AddMissingBlackFrames() {
+  if (session_.plan.black_frames == 0) return false;
+  const auto lacking = SettingsWithoutBlack(session_.frames, schedule_);
+  for (const ExposureSetting& setting : lacking) {
+    Note({{"event", "black_frames_added"}, {"exposure_ms", setting.exposure_ms}, {"iso", setting.iso}});
+    AddBlackFrames(setting, session_.plan.black_frames, session_.rig, schedule_);
+  }
+  return !lacking.empty();
 }
 
 bool SessionFolder::Has(const FrameRecord& planned) const {

@@ -34,6 +34,12 @@ class SessionFolder {
   int done() const { return static_cast<int>(session_.frames.size()); }
   bool Has(const FrameRecord& planned) const;
 
+  // Takes the filter at another ISO from here on: journal, schedule and manifest. Frames that were taken at
+  // the old one count no more.
+  void ChangeExposure(ExposureChange change);
+  // Adds to the schedule the black frames that frames at changed exposures lack; false where none do.
+  bool AddMissingBlackFrames();
+
   // The number of a frame that is there with the same bytes; 0 where none is.
   int NumberOfCopy(const std::string& sha256) const;
 
@@ -48,6 +54,9 @@ class SessionFolder {
  private:
   void Restore(const std::string& fingerprint);
   void KeepFramesOf(const std::vector<nlohmann::json>& events);
+  void KeepFrame(FrameRecord frame, const std::string& journal);
+  void Apply(const ExposureChange& change);
+  void DropDamaged();
 
   Session session_;
   std::vector<FrameRecord> schedule_;

@@ -6,14 +6,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
-#include <ctime>
 #include <nlohmann/json.hpp>
-#include <span>
-#include <system_error>
 #include <thread>
+#include <tuple>
 
 #include "acquire/devices/device_fault.h"
+#include "acquire/frame_warning.h"
+#include "acquire/preflight.h"
 #include "acquire/reference_session.h"
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
@@ -21,97 +20,15 @@
 namespace dermap {
 namespace {
 
-namespace fs = std::filesystem;
-
-constexpr int kAttempts = 3;  // to get a good frame
-constexpr double kSaturatedShareToWarn = 0.001;
-constexpr double kDriftToWarn = 0.1;
-constexpr double kSpareShare = 1.2;  // of disk space, the frames themselves being 1
+constexpr int kAttempts = 3;     // to get a good frame
+constexpr int kMostChanges = 4;  // of one filter's exposure
 constexpr double kPreparation =
     0.5;  // share of the progress that making the devices takes: rendering the scene
-constexpr double kIsoTolerance = 0.02, kExposureTolerance = 0.2;  // of what a file says about itself
-constexpr std::time_t kEarliestClock = 1704067200;                // 2024: a clock before it was never set
 constexpr double kOldReference_h = 24.0;
 
-std::string Percent(double share) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.1f %%", 100.0 * share);
-  return text;
-}
-
-double SecondsSince(std::chrono::steady_clock::time_point start) {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-}
-
-std::string WarningAbout(const FrameRecord& f, const FrameCheck& check, const LightJudgement& light) {
-  if (light.problem != LightProblem::kNone) return DescribeFrame(f) + " " + DescribeLight(light);
-  if (f.role != FrameRole::kBlack && check.saturated_share > kSaturatedShareToWarn) {
-    return DescribeFrame(f) + ": " + Percent(check.saturated_share) +
-           " of the photosites are saturated; remedy: lower the ISO of slot " + std::to_string(f.slot) +
-           " in the plan";
-  }
-  if (std::abs(light.drift) > kDriftToWarn) {
-    return DescribeFrame(f) + ": the gray card is " + Percent(std::abs(light.drift)) +
-           (light.drift > 0 ? " brighter" : " darker") + " than in this filter's first frame";
-  }
-  return "";
-}
-
-void CheckSlots(const SessionFolder& folder, const FilterWheel& wheel) {
-  for (const FrameRecord& f : folder.schedule()) {
-    if (f.slot <= wheel.SlotCount()) continue;
-    throw InputError("the plan needs slot " + std::to_string(f.slot) + ", but the " + wheel.Name() + " has " +
-                     std::to_string(wheel.SlotCount()) + "; remedy: correct the slots of the rig");
-  }
-}
-
-void CheckSpace(const SessionFolder& folder, Camera& camera) {
-  std::error_code error;
-  const fs::path& out = folder.session().directory;
-  const fs::space_info space = fs::space(out, error);
-  const int missing = folder.total() - folder.done();
-  const double needed = kSpareShare * static_cast<double>(camera.FrameBytes()) * missing;
-  if (!error && static_cast<double>(space.available) < needed) {
-    throw StorageError(out.string() + " has " + std::to_string(space.available / 1000000) +
-                       " MB free, and the session needs " + std::to_string(std::lround(needed / 1e6)) +
-                       " MB; remedy: free some space, then go on with --resume");
-  }
-  const auto room = camera.RoomForFrames();
-  if (room && *room < missing) {
-    throw DeviceFault(FaultKind::kFull, camera.Name() + ": its card takes " + std::to_string(*room) +
-                                            " more frames, the session needs " + std::to_string(missing) +
-                                            "; remedy: put an empty card into it");
-  }
-}
-
-void CheckClock() {
-  if (std::time(nullptr) >= kEarliestClock) return;
-  throw InputError(
-      "this machine's clock stands before 2024; remedy: set it, since sessions are told apart by time");
-}
-
-void CheckSettings(const SessionFolder& folder, Camera& camera) {
-  std::vector<std::pair<double, int>> seen;
-  for (const FrameRecord& f : folder.schedule()) {
-    const std::pair<double, int> setting{f.exposure_ms, f.iso};
-    if (folder.Has(f) || std::find(seen.begin(), seen.end(), setting) != seen.end()) continue;
-    seen.push_back(setting);
-    camera.Check({f.exposure_ms, f.iso, f.number});
-  }
-}
-
-// What the file says about how it was taken; cameras that say nothing are believed.
-std::string WrongSettings(const FrameRecord& planned, const FrameCheck& check) {
-  if (check.iso > 0.0 && std::abs(check.iso / planned.iso - 1.0) > kIsoTolerance) {
-    return "was taken at ISO " + std::to_string(std::lround(check.iso)) + " in place of " +
-           std::to_string(planned.iso);
-  }
-  if (check.exposure_ms > 0.0 &&
-      std::abs(check.exposure_ms / planned.exposure_ms - 1.0) > kExposureTolerance) {
-    return "was exposed for " + std::to_string(check.exposure_ms) + " ms in place of " +
-           std::to_string(planned.exposure_ms);
-  }
-  return "";
+int ChangesOf(const Session& session, const FrameRecord& f) {
+  return static_cast<int>(std::count_if(session.exposure_changes.begin(), session.exposure_changes.end(),
+                                        [&](const auto& c) { return c.slot == f.slot && c.role == f.role; }));
 }
 
 }  // namespace
@@ -124,91 +41,135 @@ SessionRunner::~SessionRunner() {
   if (move_.valid()) move_.wait();
 }
 
+double SessionRunner::Now() const {
+  return std::chrono::duration<double>(Clock::now() - start_).count();
+}
+
 void SessionRunner::Step(const std::string& what, const FrameRecord* frame) {
   if (options_.on_step) options_.on_step(what, frame);
 }
 
+void SessionRunner::Warn(const std::string& warning) {
+  if (!warning.empty()) summary_.warnings.push_back(warning);
+}
+
+void SessionRunner::TellOfSchedule(const std::string& why) {
+  if (options_.on_schedule) options_.on_schedule(folder_.schedule(), why);
+}
+
+const FrameRecord& SessionRunner::Planned(int number) const {
+  return folder_.schedule()[static_cast<std::size_t>(number) - 1];
+}
+
+bool SessionRunner::AskWhileTimeStands(const OperatorRequest& request) {
+  TimeSpan wait{Now(), 0.0};
+  const bool done = options_.ask(request);
+  wait.end_s = Now();
+  summary_.timeline.waits.push_back(wait);
+  return done;
+}
+
+bool SessionRunner::ShallStop() {
+  return options_.stop && options_.stop();
+}
+
 void SessionRunner::Preflight() {
   Step("connect", nullptr);
-  CheckClock();
   station_.Prepare([&](double fraction) {
     if (options_.progress) options_.progress(kPreparation * fraction);
   });
   Step("check", nullptr);
-  CheckSlots(folder_, station_.wheel());
-  CheckSpace(folder_, station_.camera());
-  CheckSettings(folder_, station_.camera());
+  CheckBeforeFirstFrame(folder_, station_);
   station_.WriteRecords(folder_.session().directory, folder_.schedule());
 }
 
-void SessionRunner::LearnFrom(const FrameRecord& frame, const RawFrame& raw) {
-  const FrameCheck check = CheckFrame(raw, folder_.session().rig.gray_card_region);
-  if (check.decodes) light_.Learn(frame, check);
+// What is there already tells what light each slot gives.
+void SessionRunner::LearnFromWhatIsThere() {
+  const Session& session = folder_.session();
+  for (const FrameRecord& f : session.frames) {
+    if (f.role != FrameRole::kSpectralon) continue;
+    const RawFrame raw{ReadBinaryFile(session.directory / f.file),
+                       std::filesystem::path(f.file).extension().string()};
+    const FrameCheck check = CheckFrame(raw, session.rig.gray_card_region);
+    if (check.decodes) light_.Learn(f, check);
+  }
 }
 
 void SessionRunner::TakeFromReference() {
   if (options_.reference.empty()) return;
   ReferenceSession reference(options_.reference, folder_.session().rig);
   if (reference.age_h() > kOldReference_h) {
-    summary_.warnings.push_back("the reference session " + options_.reference.string() + " is " +
-                                std::to_string(std::lround(reference.age_h())) +
-                                " hours old; the gray card tells its drift, but not what else has changed");
+    Warn("the reference session " + options_.reference.string() + " is " +
+         std::to_string(std::lround(reference.age_h())) +
+         " hours old; the gray card tells its drift, but not what else has changed");
   }
   folder_.Note(
       {{"event", "reference"}, {"session", options_.reference.string()}, {"age_h", reference.age_h()}});
-  for (const FrameRecord& planned : folder_.schedule()) {
-    if (planned.role == FrameRole::kSkin || folder_.Has(planned)) continue;
-    const FrameRecord source = reference.Find(planned);
-    folder_.Add(planned, reference.Read(source), source.time_utc);
-    ++summary_.from_reference;
+  // Its Spectralon was taken as its own plan was changed.
+  const auto& made = folder_.session().exposure_changes;
+  for (const ExposureChange& change : reference.exposure_changes()) {
+    const bool known =
+        std::any_of(made.begin(), made.end(), [&](const auto& m) { return m.why == change.why; });
+    if (change.role == FrameRole::kSpectralon && !known) folder_.ChangeExposure(change);
+  }
+  for (const FrameRole role : {FrameRole::kSpectralon, FrameRole::kBlack}) {
+    folder_.AddMissingBlackFrames();
+    for (const FrameRecord& planned : folder_.schedule()) {
+      if (planned.role != role || folder_.Has(planned)) continue;
+      const FrameRecord source = reference.Find(planned);
+      folder_.Add(planned, reference.Read(source), source.time_utc);
+      ++summary_.from_reference;
+    }
   }
 }
 
 void SessionRunner::Run() {
   TakeFromReference();
-  // What is there already tells what light each slot gives.
-  for (const FrameRecord& f : folder_.session().frames) {
-    if (f.role == FrameRole::kSpectralon) {
-      LearnFrom(
-          f, {ReadBinaryFile(folder_.session().directory / f.file), fs::path(f.file).extension().string()});
-    }
-  }
+  TellOfSchedule("");
+  LearnFromWhatIsThere();
   if (folder_.done() < folder_.total()) Preflight();
-  for (const FrameRecord& planned : folder_.schedule()) {
+  while (true) {
     if (!Retake()) return;
-    if (folder_.Has(planned)) continue;
-    if (options_.stop && options_.stop()) return;
-    if (!Place(planned.role) || !TakePatiently(planned)) return;
+    const FrameRecord* next = NextMissing();
+    // With the target in place done, black frames for what was changed follow, before the next one is asked
+    // for.
+    if ((next == nullptr || next->role != placed_) && folder_.AddMissingBlackFrames()) {
+      TellOfSchedule("");
+      next = NextMissing();
+    }
+    if (next == nullptr) break;
+    if (ShallStop()) return;
+    StartMove(next->slot);  // while the operator is busy
+    if (!Place(next->role) || !TakePatiently(next->number)) return;
   }
-  Retake();
+  if (schedule_changed_) station_.WriteRecords(folder_.session().directory, folder_.schedule());
 }
 
 bool SessionRunner::Retake() {
   if (!options_.retake) return true;
   for (auto number = options_.retake(); number; number = options_.retake()) {
     if (*number < 1 || *number > folder_.total()) continue;
-    const FrameRecord& again = folder_.schedule()[static_cast<std::size_t>(*number) - 1];
-    if (!Place(again.role) || !TakePatiently(again)) return false;
+    if (!Place(Planned(*number).role) || !TakePatiently(*number)) return false;
   }
   return true;
 }
 
 bool SessionRunner::Place(FrameRole role) {
-  if (placed_ == role) return true;
+  // The opaque slot hides whatever is in place.
+  if (placed_ == role || (placed_ && role == FrameRole::kBlack)) return true;
   if (station_.NeedsOperator()) {
-    const OperatorRequest request = PlaceRequest(role);
     Step("place", nullptr);
-    if (options_.ask && !options_.ask(request)) return false;
+    if (options_.ask && !AskWhileTimeStands(PlaceRequest(role))) return false;
   }
   station_.Place(role);
   placed_ = role;
   return true;
 }
 
-bool SessionRunner::TakePatiently(const FrameRecord& planned) {
+bool SessionRunner::TakePatiently(int number) {
   while (true) {
     try {
-      Take(planned);
+      Take(number);
       return true;
     } catch (const DeviceError& error) {
       if (move_.valid()) move_.wait();
@@ -216,79 +177,102 @@ bool SessionRunner::TakePatiently(const FrameRecord& planned) {
       moving_to_ = stands_at_ = 0;
       const auto* fault = dynamic_cast<const DeviceFault*>(&error);
       folder_.Note({{"event", "paused"},
-                    {"number", planned.number},
+                    {"number", number},
                     {"fault", fault != nullptr ? FaultName(fault->kind()) : "no good frame"},
                     {"problem", error.what()}});
-      Step("paused", &planned);
+      Step("paused", &Planned(number));
       OperatorRequest request;
       request.kind = OperatorRequest::Kind::kFault;
       request.sentence = error.what();
-      if (!options_.ask || !station_.NeedsOperator() || !options_.ask(request)) throw;
-      folder_.Note({{"event", "unpaused"}, {"number", planned.number}});
+      if (!options_.ask || !station_.NeedsOperator() || !AskWhileTimeStands(request)) throw;
+      folder_.Note({{"event", "unpaused"}, {"number", number}});
       station_.wheel().Home();
     }
   }
 }
 
-void SessionRunner::Take(const FrameRecord& planned) {
-  std::string problem;
+void SessionRunner::Take(int number) {
+  Attempt result;
+  underexposed_ = 0;
   for (int attempt = 1; attempt <= kAttempts; ++attempt) {
-    problem = TryOnce(planned, attempt == kAttempts);
-    if (problem.empty()) return;
-    spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), problem, attempt, kAttempts);
-    folder_.Note({{"event", "frame_rejected"}, {"number", planned.number}, {"problem", problem}});
+    const FrameRecord planned = Planned(number);  // a copy: its exposure may change
+    result = TryOnce(planned, attempt == kAttempts);
+    if (result.exposure_changed) attempt = 0;
+    if (result.exposure_changed) continue;
+    if (result.problem.empty()) return;
+    spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), result.problem, attempt, kAttempts);
+    folder_.Note({{"event", "frame_rejected"}, {"number", number}, {"problem", result.problem}});
   }
-  throw DeviceError(station_.camera().Name() + ": " + DescribeFrame(planned) + " " + problem + " (" +
-                    std::to_string(kAttempts) +
+  throw DeviceError(station_.camera().Name() + ": " + DescribeFrame(Planned(number)) + " " + result.problem +
+                    " (" + std::to_string(kAttempts) +
                     " attempts); remedy: check camera, wheel and flash, then go on with --resume");
 }
 
-std::string SessionRunner::TryOnce(const FrameRecord& planned, bool last_attempt) {
-  FrameTiming timing;
+std::string SessionRunner::Expose(const FrameRecord& planned, FrameTiming& timing) {
+  const CaptureSettings settings{planned.exposure_ms, planned.iso, planned.number};
   Step("move", &planned);
+  timing.ready.start_s = Now();
+  station_.camera().MakeReady(settings);  // while the wheel turns and the flash recycles
+  timing.ready.end_s = Now();
   FinishMove(planned.slot);
-  timing.wheel_s = wheel_s_;
-  if (flash_ready_) {
-    const auto start = Clock::now();
-    std::this_thread::sleep_until(*flash_ready_);
-    timing.flash_s = SecondsSince(start);
-  }
+  timing.wheel = wheel_span_;
+  wheel_span_ = {};
+  // It takes the camera a while to press; the quickest press so far is what may be counted on.
+  if (flash_ready_)
+    std::this_thread::sleep_until(*flash_ready_ - quickest_press_.value_or(Clock::duration{}));
   Step("expose", &planned);
-  auto start = Clock::now();
-  station_.camera().Expose({planned.exposure_ms, planned.iso, planned.number});
-  const std::string time_utc = NowUtc();
-  timing.expose_s = SecondsSince(start);
-  flash_ready_ = Clock::now() + std::chrono::duration_cast<Clock::duration>(
-                                    std::chrono::duration<double>(folder_.session().rig.flash_recycle_s));
-  if (const FrameRecord* next = Next(planned)) StartMove(next->slot);
+  timing.expose.start_s = Now();
+  const Clock::time_point start = Clock::now();
+  const Clock::time_point pressed = station_.camera().Expose(settings);
+  timing.expose.end_s = Now();
+  quickest_press_ = std::min(quickest_press_.value_or(pressed - start), pressed - start);
+  const double recycle_s = folder_.session().rig.flash_recycle_s;
+  timing.flash.start_s = std::chrono::duration<double>(pressed - start_).count();
+  timing.flash.end_s = timing.flash.start_s + recycle_s;
+  // From press to flash is the same time for every frame.
+  flash_ready_ =
+      pressed + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(recycle_s));
+  return NowUtc();
+}
 
+SessionRunner::Attempt SessionRunner::TryOnce(const FrameRecord& planned, bool last_attempt) {
+  summary_.timeline.frames.push_back({});
+  FrameTiming& timing = summary_.timeline.frames.back();
+  timing.number = planned.number;
+  const std::string time_utc = Expose(planned, timing);
+  if (const FrameRecord* next = NextMissing(planned.number)) {
+    if (next->role == placed_ || next->role == FrameRole::kBlack) StartMove(next->slot);
+  }
   Step("fetch", &planned);
-  start = Clock::now();
+  timing.fetch.start_s = Now();
   RawFrame raw;
   try {
     raw = station_.camera().Fetch();
   } catch (const DeviceFault&) {
     throw;  // it lasts
   } catch (const DeviceError& lost) {
-    return std::string("was lost: ") + lost.what();
+    timing.fetch.end_s = Now();
+    return {std::string("was lost: ") + lost.what()};
   }
-  timing.fetch_s = SecondsSince(start);
-  start = Clock::now();
-  const FrameCheck check = CheckFrame(raw, folder_.session().rig.gray_card_region);
+  timing.fetch.end_s = timing.check.start_s = Now();
+  const RigConfig& rig = folder_.session().rig;
+  const FrameCheck check = CheckFrame(raw, rig.gray_card_region);
   LightJudgement light;
-  std::string problem = Verify(planned, raw, check, light, last_attempt);
-  timing.check_s = SecondsSince(start);
+  const std::string problem = Verify(planned, raw, check, light, last_attempt);
+  timing.check.end_s = timing.write.start_s = timing.write.end_s = Now();
   if (!problem.empty()) {
     // Which filter it went through is not sure any more.
-    if (light.problem == LightProblem::kOtherSlot || light.problem == LightProblem::kNotBlack) {
-      if (move_.valid()) move_.get();
-      station_.wheel().Home();
-      moving_to_ = stands_at_ = 0;
-    }
-    return problem;
+    if (light.problem == LightProblem::kOtherSlot || light.problem == LightProblem::kNotBlack) HomeWheel();
+    return {problem};
   }
-  Keep(planned, raw, check, light, timing, time_utc);
-  return "";
+  if (light.problem == LightProblem::kNone && folder_.session().plan.adapt_exposure) {
+    const Attempt adapted =
+        Adapt(planned, AdviseExposure(planned, check, rig.gray_card_reflectance), last_attempt);
+    if (adapted.exposure_changed || !adapted.problem.empty()) return adapted;
+  }
+  timing.good = true;
+  Keep(planned, raw, check, light, time_utc);
+  return {};
 }
 
 std::string SessionRunner::Verify(const FrameRecord& planned, const RawFrame& raw, const FrameCheck& check,
@@ -309,32 +293,71 @@ std::string SessionRunner::Verify(const FrameRecord& planned, const RawFrame& ra
   return DescribeLight(light);
 }
 
+// A frame too dark may be one weak flash: only a second one is believed. A frame too bright is not to be had
+// from one.
+SessionRunner::Attempt SessionRunner::Adapt(const FrameRecord& planned, const ExposureAdvice& advice,
+                                            bool last_attempt) {
+  if (advice.problem == ExposureProblem::kNone || ChangesOf(folder_.session(), planned) >= kMostChanges)
+    return {};
+  if (advice.problem == ExposureProblem::kUnderexposed && underexposed_ != planned.number) {
+    underexposed_ = planned.number;
+    if (last_attempt) return {};
+    return {"seems underexposed: " + advice.why + "; taken once more to be sure"};
+  }
+  const auto iso = IsoThatCameraTakes(planned, advice.isos);
+  if (!iso) return {};
+  const std::string why = DescribeFrame(planned) + ": " + advice.why;
+  folder_.ChangeExposure({planned.role, planned.slot, planned.iso, *iso, planned.number, why, ""});
+  schedule_changed_ = true;
+  const std::string notice = why + "; slot " + std::to_string(planned.slot) + " is taken at ISO " +
+                             std::to_string(*iso) + " in place of " + std::to_string(planned.iso);
+  spdlog::warn("{}", notice);
+  Warn(notice);
+  TellOfSchedule(notice);
+  return {"", true};
+}
+
+std::optional<int> SessionRunner::IsoThatCameraTakes(const FrameRecord& planned,
+                                                     const std::vector<int>& isos) {
+  for (const int iso : isos) {
+    try {
+      station_.camera().Check({planned.exposure_ms, iso, planned.number});
+      return iso;
+    } catch (const DeviceFault& fault) {
+      if (fault.kind() != FaultKind::kSettings) throw;
+    }
+  }
+  return std::nullopt;
+}
+
 void SessionRunner::Keep(const FrameRecord& planned, const RawFrame& raw, const FrameCheck& check,
-                         const LightJudgement& light, const FrameTiming& timing,
-                         const std::string& time_utc) {
+                         const LightJudgement& light, const std::string& time_utc) {
   FrameEvent event;
-  const auto start = Clock::now();
   event.frame = folder_.Add(planned, raw, time_utc);
+  FrameTiming& timing = summary_.timeline.frames.back();
+  timing.write.end_s = Now();
   event.timing = timing;
-  event.timing.write_s = SecondsSince(start);
   if (light.problem == LightProblem::kNone) light_.Learn(planned, check);
   event.check = check;
   event.drift = light.drift;
   event.done = folder_.done();
   event.total = folder_.total();
-  event.warning = WarningAbout(planned, check, light);
-  if (!event.warning.empty()) summary_.warnings.push_back(event.warning);
-  summary_.timeline.push_back(event.timing);
+  event.warning = WarningAbout(planned, check, light, folder_.session().rig.gray_card_reflectance);
+  Warn(event.warning);
   ++summary_.taken;
-  if (options_.progress) options_.progress(kPreparation + (1.0 - kPreparation) * event.done / event.total);
+  progress_ = std::max(progress_, kPreparation + (1.0 - kPreparation) * event.done / event.total);
+  if (options_.progress) options_.progress(progress_);
   if (options_.on_frame) options_.on_frame(event, raw);
 }
 
-const FrameRecord* SessionRunner::Next(const FrameRecord& planned) const {
+const FrameRecord* SessionRunner::NextMissing(int besides) const {
+  const auto rank = [&](const FrameRecord& f) { return std::tuple(f.role != placed_, f.role, f.number); };
+  const FrameRecord* next = nullptr;
   for (const FrameRecord& f : folder_.schedule()) {
-    if (f.number > planned.number && !folder_.Has(f)) return f.role == planned.role ? &f : nullptr;
+    if (f.number == besides || folder_.Has(f)) continue;
+    if (next == nullptr || rank(f) < rank(*next)) next = &f;
   }
-  return nullptr;
+  return next;
 }
 
 void SessionRunner::StartMove(int slot) {
@@ -342,9 +365,9 @@ void SessionRunner::StartMove(int slot) {
   moving_to_ = slot;
   stands_at_ = 0;
   move_ = std::async(std::launch::async, [this, slot] {
-    const auto start = Clock::now();
+    wheel_span_.start_s = Now();
     station_.wheel().MoveTo(slot);
-    wheel_s_ = SecondsSince(start);
+    wheel_span_.end_s = Now();
   });
 }
 
@@ -356,11 +379,17 @@ void SessionRunner::FinishMove(int slot) {
     stands_at_ = moving_to_;
   }
   if (stands_at_ == slot) return;
-  const auto start = Clock::now();
+  wheel_span_.start_s = Now();
   stands_at_ = 0;
   station_.wheel().MoveTo(slot);
-  wheel_s_ = SecondsSince(start);
+  wheel_span_.end_s = Now();
   stands_at_ = slot;
+}
+
+void SessionRunner::HomeWheel() {
+  if (move_.valid()) move_.get();
+  station_.wheel().Home();
+  moving_to_ = stands_at_ = 0;
 }
 
 }  // namespace dermap

@@ -30,7 +30,8 @@ constexpr std::array kCommands{
     Command{"fit", "recover the chromophore maps of a reflectance stack", RunFitCommand},
     Command{"render", "render maps again: other light, other chromophores, other wavelengths",
             RunRenderCommand},
-    Command{"optics", "total reflectance and transmittance of homogeneous skin, row by row", RunOpticsCommand},
+    Command{"optics", "total reflectance and transmittance of homogeneous skin, row by row",
+            RunOpticsCommand},
     Command{"study", "the charts of how right, fast and stable the methods are", RunStudyCommand},
 };
 

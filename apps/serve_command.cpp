@@ -12,7 +12,7 @@
 #include "acquire/daemon/service_manager.h"
 #include "apps/command_line.h"
 #include "apps/commands.h"
-#include "common/files/atomic_file.h"
+#include "apps/daemon_address.h"
 #include "common/tissue/tissue.h"
 
 namespace dermap {
@@ -22,30 +22,6 @@ std::atomic<bool> end_asked{false};
 
 void AskToEnd(int) {
   end_asked = true;
-}
-
-// "ADDRESS:PORT"
-ServerOptions ParseListen(const std::string& listen) {
-  const auto colon = listen.rfind(':');
-  ServerOptions options;
-  const std::string port = colon == std::string::npos ? "" : listen.substr(colon + 1);
-  const bool digits =
-      !port.empty() && port.size() <= 5 && port.find_first_not_of("0123456789") == std::string::npos;
-  options.port = digits ? std::stoi(port) : -1;
-  options.address = listen.substr(0, colon == std::string::npos ? 0 : colon);
-  if (options.address.empty() || options.port < 0 || options.port > 65535) {
-    throw InputError("--listen is '" + listen + "'; expected ADDRESS:PORT, such as 127.0.0.1:8460");
-  }
-  return options;
-}
-
-std::string ReadToken(const std::filesystem::path& path) {
-  if (path.empty()) return "";
-  std::string token = ReadTextFile(path);
-  while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
-  if (token.size() < 16)
-    throw InputError(path.string() + " holds fewer than 16 characters; expected a token to guard");
-  return token;
 }
 
 Outcome Serve(const DaemonOptions& options, const ServerOptions& listen) {
@@ -93,8 +69,11 @@ int RunServeCommand(int argc, char** argv) {
   command.app().add_option("--listen", listen, "ADDRESS:PORT; beyond this machine only with a token");
   command.app().add_option("--token-file", token_file, "A file with a token that everyone has to show");
   return command.Run(argc, argv, [&] {
-    ServerOptions server = ParseListen(listen);
-    server.token = ReadToken(token_file);
+    options.on_request = [](const OperatorRequest& request) {
+      std::fprintf(stderr, "%s\n", RequestLine(request).c_str());
+    };
+    ServerOptions server = ParseDaemonAddress("--listen", listen);
+    server.token = ReadDaemonToken(token_file);
     return Serve(options, server);
   });
 }

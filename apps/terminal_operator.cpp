@@ -12,24 +12,12 @@ namespace {
 
 constexpr int kLookEvery_ms = 100;
 
-std::string About(const OperatorRequest& request) {
-  switch (request.kind) {
-    case OperatorRequest::Kind::kPlace:
-      return "place " + std::string(RoleName(request.role));
-    case OperatorRequest::Kind::kTurnWheel:
-      return "turn " + std::to_string(request.slot);
-    case OperatorRequest::Kind::kFault:
-      return "fault";
-  }
-  return "";
-}
-
 }  // namespace
 
 AskOperator AskOnTerminal(std::function<bool()> stop) {
   return [stop = std::move(stop)](const OperatorRequest& request) {
-    std::fprintf(stderr, "\n[%s] %s Then press Enter; Ctrl-C ends the session, to be resumed.\n",
-                 About(request).c_str(), request.sentence.c_str());
+    std::fprintf(stderr, "\n%s Then press Enter; Ctrl-C ends the session, to be resumed.\n",
+                 RequestLine(request).c_str());
     std::fflush(stderr);
     while (!stop()) {
       pollfd input{0, POLLIN, 0};

@@ -32,6 +32,12 @@ json ShortFrame(const FrameRecord& f) {
           {"iso", f.iso}};
 }
 
+json ShortSchedule(const std::vector<FrameRecord>& schedule) {
+  json list = json::array();
+  for (const FrameRecord& f : schedule) list.push_back(ShortFrame(f));
+  return list;
+}
+
 void RequireShort(const char* what, const std::string& text) {
   if (text.size() <= kLongestText) return;
   throw InputError(std::string("'") + what + "' has " + std::to_string(text.size()) +
@@ -49,13 +55,11 @@ CaptureDaemon::CaptureDaemon(DaemonOptions options)
     : options_(std::move(options)), content_(std::make_unique<Content>()) {
   const RigConfig rig = ReadRig(options_.rig);
   const PlanConfig plan = ReadPlan(options_.plan);
-  json schedule = json::array();
-  for (const FrameRecord& f : MakeSchedule(rig, plan)) schedule.push_back(ShortFrame(f));
   content_->about = {{"rig", rig.name},
                      {"camera", rig.camera_driver},
                      {"wheel", rig.wheel_driver},
                      {"plan", options_.plan.filename().string()},
-                     {"schedule", schedule}};
+                     {"schedule", ShortSchedule(MakeSchedule(rig, plan))}};
   fs::create_directories(options_.root);
 }
 
@@ -162,6 +166,7 @@ void CaptureDaemon::Retake(int frame_number) {
 }
 
 bool CaptureDaemon::Ask(const OperatorRequest& request) {
+  if (options_.on_request) options_.on_request(request);
   std::unique_lock lock(mutex_);
   request_ = request;
   answered_ = false;
@@ -194,6 +199,10 @@ std::optional<int> CaptureDaemon::NextRetake() {
   return number;
 }
 
+void CaptureDaemon::AddWarning(const std::string& warning) {
+  if (!warning.empty() && warnings_.size() < kMostWarnings) warnings_.push_back(warning);
+}
+
 void CaptureDaemon::OnFrame(const FrameEvent& event, const RawFrame& raw) {
   const FrameView view = MakeFrameView(raw);
   const std::lock_guard lock(mutex_);
@@ -214,7 +223,7 @@ void CaptureDaemon::OnFrame(const FrameEvent& event, const RawFrame& raw) {
   f["version"] = version_;  // a frame that is taken again has another picture
   content_->frames[event.frame.number] = f;
   thumbnails_[event.frame.number] = view.png;
-  if (!event.warning.empty() && warnings_.size() < kMostWarnings) warnings_.push_back(event.warning);
+  AddWarning(event.warning);
   Changed();
 }
 
@@ -236,6 +245,13 @@ void CaptureDaemon::Run(SessionForm form) {
     Changed();
   };
   options.on_frame = [this](const FrameEvent& event, const RawFrame& raw) { OnFrame(event, raw); };
+  options.on_schedule = [this](const std::vector<FrameRecord>& schedule, const std::string& why) {
+    const std::lock_guard lock(mutex_);
+    content_->about["schedule"] = ShortSchedule(schedule);
+    total_ = static_cast<int>(schedule.size());
+    AddWarning(why);
+    Changed();
+  };
   Phase end = Phase::kFailed;
   std::string problem;
   try {

@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <deque>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -24,6 +25,8 @@ struct DaemonOptions {
   std::filesystem::path rig;
   std::filesystem::path plan;
   std::filesystem::path root;  // session folders lie in it, and nowhere else
+  // Told of whatever the operator is asked for, for the log.
+  std::function<void(const OperatorRequest&)> on_request{};
 };
 
 // What an operator fills in; names of people do not belong here.
@@ -66,7 +69,8 @@ class CaptureDaemon {
   std::optional<int> NextRetake();
   void OnFrame(const FrameEvent& event, const RawFrame& raw);
   void Launch(const SessionForm& form);
-  void Changed();  // with the lock held
+  void AddWarning(const std::string& warning);  // with the lock held; empty: none
+  void Changed();                               // with the lock held
   static const char* PhaseName(Phase phase);
   std::filesystem::path FolderOf(const std::string& name) const;
   bool Busy() const {

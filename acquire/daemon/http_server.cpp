@@ -187,6 +187,9 @@ struct HttpServer::Impl {
     server.Get("/", [](const httplib::Request&, httplib::Response& response) {
       response.set_content(kOperatorPage, "text/html; charset=utf-8");
     });
+    server.Get("/api/schema", [](const httplib::Request&, httplib::Response& response) {
+      response.set_content(kApiSchema, "application/schema+json");
+    });
     server.Get("/api/state", [this](const httplib::Request&, httplib::Response& response) {
       response.set_content(StateText(), "application/json");
     });
@@ -204,6 +207,10 @@ struct HttpServer::Impl {
         return Refuse(response, 400, "expected {\"key\": \"...\"}");
       }
       Steer(body, response);
+    });
+    Post("/api/release", [this](const json&) {
+      const std::lock_guard lock(helm_mutex);
+      helm_key.clear();
     });
     Post("/api/start", [this](const json& body) {
       daemon.Start({body.at("session").get<std::string>(), body.value("subject", ""), body.value("site", ""),

@@ -2,10 +2,12 @@
 // The daemon over HTTP: JSON, server-sent events, and the operator's page.
 //
 // GET  /                   the page
+// GET  /api/schema         the JSON schema of all of it, api_schema.json
 // GET  /api/state          the state, docs/daemon.md
 // GET  /api/events         the same as server-sent events, whenever it changes
 // GET  /api/frames/N.png   a small picture of a frame
 // POST /api/steer          {"key": K or ""}: takes or keeps the helm; one client has it at a time
+// POST /api/release        gives the helm up
 // POST /api/start, /api/answer, /api/pause, /api/continue, /api/abort, /api/retake   with the helm's key
 #pragma once
 

@@ -2,6 +2,7 @@
 // A camera that takes one raw frame at a time, with the flash fired by it.
 #pragma once
 
+#include <chrono>
 #include <cstddef>
 #include <cstdint>
 #include <optional>
@@ -34,8 +35,11 @@ class Camera {
   virtual void Check(const CaptureSettings&) {}
   // How many more frames its card takes, where it tells.
   virtual std::optional<int> RoomForFrames() { return std::nullopt; }
-  // Returns once the shutter has closed: whatever is in front of it may move. Throws DeviceError.
-  virtual void Expose(const CaptureSettings& settings) = 0;
+  // Sets it for the next exposure, so that this takes no time then. Throws DeviceError.
+  virtual void MakeReady(const CaptureSettings&) {}
+  // Returns once the shutter has closed: whatever is in front of it may move; says when it was pressed.
+  // Throws DeviceError.
+  virtual std::chrono::steady_clock::time_point Expose(const CaptureSettings& settings) = 0;
   // The frame of the last exposure. Throws DeviceError, and then that frame has to be exposed again.
   virtual RawFrame Fetch() = 0;
 };

@@ -141,6 +141,7 @@ void Gphoto2Camera::Open() {
                      {"model", choice_.model},
                      {"answer_ms", patience_.answer.count()}};
   const Answer answer = helper_->Ask(request, patience_.call, name_);
+  set_.reset();
   name_ = answer.line.value("model", "camera");
   if (answer.line.value("old_driver", false)) {
     spdlog::warn("{} is driven by an old driver that cannot be triggered: best effort", name_);
@@ -150,6 +151,7 @@ void Gphoto2Camera::Open() {
 
 void Gphoto2Camera::CloseConnection() {
   open_ = false;
+  set_.reset();
   try {
     if (helper_->process.running()) AskProcess(helper_->process, {{"do", "close"}}, patience_.answer);
   } catch (const DeviceFault&) {
@@ -201,10 +203,15 @@ void Gphoto2Camera::Connect() {
   Insist("connect", [] {});
 }
 
-void Gphoto2Camera::Check(const CaptureSettings& s) {
-  Insist("be set", [&] {
-    helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
-  });
+void Gphoto2Camera::Set(const CaptureSettings& s) {
+  if (set_ && set_->iso == s.iso && set_->exposure_ms == s.exposure_ms) return;
+  set_.reset();
+  helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
+  set_ = s;  // until the next shot, which may fill the card
+}
+
+void Gphoto2Camera::Check(const CaptureSettings& settings) {
+  Insist("be set", [&] { Set(settings); });
 }
 
 std::optional<int> Gphoto2Camera::RoomForFrames() {
@@ -216,21 +223,24 @@ std::optional<int> Gphoto2Camera::RoomForFrames() {
   return room;
 }
 
-void Gphoto2Camera::ExposeOnce(const CaptureSettings& s) {
-  helper_->Ask({{"do", "set"}, {"iso", s.iso}, {"exposure_ms", s.exposure_ms}}, patience_.call, name_);
+std::chrono::steady_clock::time_point Gphoto2Camera::ExposeOnce(const CaptureSettings& s) {
+  Set(s);
+  set_.reset();
   const auto open = patience_.shutter + milliseconds(std::lround(s.exposure_ms));
   const auto quiet = files_owed_ > 0 ? patience_.quiet : milliseconds(0);
   // From here on a file may come; until it has, one is owed.
   helper_->Ask({{"do", "expose"}, {"open_ms", open.count()}, {"quiet_ms", quiet.count()}},
                patience_.call + open + quiet, name_);
+  return std::chrono::steady_clock::now() - open;
 }
 
-void Gphoto2Camera::Expose(const CaptureSettings& settings) {
+std::chrono::steady_clock::time_point Gphoto2Camera::Expose(const CaptureSettings& settings) {
+  std::chrono::steady_clock::time_point pressed;
   folder_.clear();
   file_.clear();
   Insist("expose", [&] {
     try {
-      ExposeOnce(settings);
+      pressed = ExposeOnce(settings);
     } catch (const DeviceFault& fault) {
       // The shutter may have opened all the same.
       if (fault.kind() == FaultKind::kNoAnswer || fault.kind() == FaultKind::kGone) ++files_owed_;
@@ -238,6 +248,7 @@ void Gphoto2Camera::Expose(const CaptureSettings& settings) {
     }
   });
   ++files_owed_;
+  return pressed;
 }
 
 bool Gphoto2Camera::IsOfAnEarlierShot(const std::string& folder, const std::string& file) const {

@@ -45,7 +45,8 @@ class Gphoto2Camera : public Camera {
   void Reconnect() override;
   void Check(const CaptureSettings& settings) override;
   std::optional<int> RoomForFrames() override;
-  void Expose(const CaptureSettings& settings) override;
+  void MakeReady(const CaptureSettings& settings) override { Check(settings); }
+  std::chrono::steady_clock::time_point Expose(const CaptureSettings& settings) override;
   RawFrame Fetch() override;
 
   int helper_pid() const;  // for tests, which kill it
@@ -56,7 +57,8 @@ class Gphoto2Camera : public Camera {
   struct Helper;
   void Open();
   void CloseConnection();
-  void ExposeOnce(const CaptureSettings& settings);
+  void Set(const CaptureSettings& settings);
+  std::chrono::steady_clock::time_point ExposeOnce(const CaptureSettings& settings);
   RawFrame FetchOnce();
   void FindFile();
   bool IsOfAnEarlierShot(const std::string& folder, const std::string& file) const;
@@ -70,6 +72,7 @@ class Gphoto2Camera : public Camera {
   std::string name_ = "camera";
   std::uintmax_t frame_bytes_ = 30'000'000;
   bool open_ = false;
+  std::optional<CaptureSettings> set_;   // of this connection
   int files_owed_ = 0;                   // of shots that were pressed; one that was given up may come later
   std::string last_folder_, last_file_;  // of the last frame that was fetched: cameras count upwards
   std::string folder_, file_;            // where the last frame lies on the card, once known

@@ -86,6 +86,7 @@ class Session {
     ChooseFormat();
     SetTo("iso", std::to_string(request.at("iso").get<int>()));
     SetExposure(request.at("exposure_ms").get<double>());
+    RequireRoom();
     return json::object();
   }
 
@@ -97,7 +98,6 @@ class Session {
   json Expose(const json& request) {
     RequireOpen();
     Drain(milliseconds(request.value("quiet_ms", 0)));
-    RequireRoom();
     if (!can_trigger_) {  // older drivers expose and store in one call
       CameraFilePath path{};
       Require(gp_camera_capture(camera_, GP_CAPTURE_IMAGE, &path, context_), "take a frame");

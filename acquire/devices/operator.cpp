@@ -4,6 +4,13 @@
 
 namespace dermap {
 
+std::string RequestLine(const OperatorRequest& request) {
+  std::string about = "fault";
+  if (request.kind == OperatorRequest::Kind::kPlace) about = "place " + std::string(RoleName(request.role));
+  if (request.kind == OperatorRequest::Kind::kTurnWheel) about = "turn " + std::to_string(request.slot);
+  return "[" + about + "] " + request.sentence;
+}
+
 OperatorRequest PlaceRequest(FrameRole role) {
   OperatorRequest request;
   request.role = role;

@@ -25,6 +25,10 @@ struct OperatorRequest {
 // Returns once it is done; false where the session shall end instead.
 using AskOperator = std::function<bool(const OperatorRequest&)>;
 
+// "[place skin] Put the taped skin in place, ...": begins with what it is about, for programs that read
+// along.
+std::string RequestLine(const OperatorRequest& request);
+
 // What to put in place for a role.
 OperatorRequest PlaceRequest(FrameRole role);
 

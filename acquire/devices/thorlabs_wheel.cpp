@@ -4,10 +4,9 @@
 // and ReadBytes are the only places that know.
 #include <algorithm>
 #include <array>
-#include <cctype>
-#include <cstdlib>
 
 #include "acquire/devices/device_fault.h"
+#include "acquire/devices/thorlabs_answer.h"
 #include "acquire/devices/usb_wheel.h"
 
 namespace dermap {
@@ -17,7 +16,7 @@ using std::chrono::milliseconds;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::uint8_t kDataOut = 0x02, kDataIn = 0x81, kVendorOut = 0x40;
-constexpr std::size_t kPacket = 64, kStatusBytes = 2;
+constexpr std::size_t kPacket = 64;
 constexpr std::size_t kLongestAnswer = 4096;
 constexpr std::uint16_t kBaud115200 = 0x1A, k8N1 = 8, kLatency_ms = 2;
 
@@ -61,7 +60,7 @@ class Thorlabs : public WheelProtocol {
   static std::string ReadBytes(UsbLink& link, milliseconds limit) {
     std::array<std::uint8_t, kPacket> packet{};
     const std::size_t size = link.Read(kDataIn, false, packet, limit);
-    return size <= kStatusBytes ? "" : std::string(packet.begin() + kStatusBytes, packet.begin() + size);
+    return PayloadOfPacket({packet.data(), size});
   }
 
   // What the wheel prints between the echo and the prompt.
@@ -70,35 +69,16 @@ class Thorlabs : public WheelProtocol {
     WriteBytes(link, command + "\r", limit);
     const auto until = SteadyClock::now() + limit;
     std::string text;
-    const auto prompt_at = [&] { return text.size() >= 2 && text.compare(text.size() - 2, 2, "> ") == 0; };
-    while (!prompt_at() && text.size() < kLongestAnswer && SteadyClock::now() < until) {
+    while (!EndsWithPrompt(text) && text.size() < kLongestAnswer && SteadyClock::now() < until) {
       text += ReadBytes(link, std::min<milliseconds>(limit, milliseconds(100)));
     }
-    if (!prompt_at()) {
+    if (!EndsWithPrompt(text)) {
       throw DeviceFault(when_silent, Name() + " does not come to an end with '" + command +
                                          "'; remedy: see whether a filter blocks it, switch it off and on");
     }
-    text.resize(text.size() - 2);
-    if (const auto echo = text.rfind(command + "\r"); echo != std::string::npos)
-      text.erase(0, echo + command.size() + 1);
-    while (!text.empty() && (text.back() == '\r' || text.back() == '\n')) text.pop_back();
-    if (text.find("Command error") != std::string::npos) {
-      throw DeviceFault(FaultKind::kNoAnswer, Name() + " answers '" + text + "' to '" + command +
-                                                  "'; remedy: switch it off and on");
-    }
-    return text;
+    return ThorlabsAnswer(Name(), command, text);
   }
-  int Number(const std::string& text) const {
-    const int value = std::all_of(text.begin(), text.end(), [](unsigned char c) { return std::isdigit(c); })
-                          ? std::atoi(text.c_str())
-                          : 0;
-    if (value < 1 || value > 64) {
-      throw DeviceFault(FaultKind::kNoAnswer,
-                        Name() + " answers '" + text.substr(0, 40) +
-                            "' where a number is expected; remedy: switch it off and on");
-    }
-    return value;
-  }
+  int Number(const std::string& text) const { return ThorlabsNumber(Name(), text); }
 
   std::string serial_;
   int count_ = 6;

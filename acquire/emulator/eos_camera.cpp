@@ -3,6 +3,9 @@
 // uses. Numbers of properties and layouts of events are those of libgphoto2's ptp.h and ptp-pack.c.
 #include "acquire/emulator/eos_camera.h"
 
+#include <signal.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <array>
 #include <cstdio>
@@ -394,6 +397,13 @@ PtpReply EosCamera::Press(std::uint32_t how_far) {
     reply.silent = true;
     return reply;
   }
+  if (strikes(EosFault::kTaken) && taken) {
+    taken(fault->seconds);
+    PtpReply reply;
+    reply.silent = true;
+    return reply;
+  }
+  if (strikes(EosFault::kKilled)) ::kill(::getpid(), SIGKILL);
   if (strikes(EosFault::kStall)) faults.stalled = true;
   if (strikes(EosFault::kRam)) values_[kCaptureDestination] = kToHost;
   if (strikes(EosFault::kSettings)) values_[kIso] = 0x60;

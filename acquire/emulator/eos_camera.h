@@ -38,6 +38,7 @@ class EosCamera {
 
   EosFaults faults;
   std::function<void(double seconds)> unplug;  // carries out faults that take it off the bus
+  std::function<void(double seconds)> taken;   // and those where another program takes it
 
  private:
   struct Object {

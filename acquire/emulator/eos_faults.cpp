@@ -23,7 +23,9 @@ std::optional<EosFault> EosFaultFromName(const std::string& name) {
                                      Named{"missing", EosFault::kMissing},
                                      Named{"truncated", EosFault::kTruncated},
                                      Named{"repeated", EosFault::kRepeated},
-                                     Named{"settings", EosFault::kSettings}};
+                                     Named{"settings", EosFault::kSettings},
+                                     Named{"second-client", EosFault::kTaken},
+                                     Named{"emulator-killed", EosFault::kKilled}};
   const auto found =
       std::find_if(kNames.begin(), kNames.end(), [&](const Named& n) { return n.first == name; });
   return found == kNames.end() ? std::nullopt : std::optional(found->second);

@@ -25,6 +25,8 @@ enum class EosFault {
   kTruncated,   // the file is cut in half
   kRepeated,    // the file is that of the shot before
   kSettings,    // ISO jumps to 800 just before the shot
+  kTaken,       // off the bus for a moment; another program is quicker, and holds it for `seconds`
+  kKilled,      // the emulator itself dies, and with it whoever has its devices open
 };
 std::optional<EosFault> EosFaultFromName(const std::string& name);  // "busy", "stall", "unplug-read", ...
 

@@ -28,7 +28,8 @@ int Main(int argc, char** argv) {
   app.add_option("--network", port, "The camera on this port of 127.0.0.1 (PTP/IP) in place of USB");
   app.add_flag("--real-time", options.real_time, "As slow as real devices; else as fast as it goes");
   app.add_option("--fault", options.faults,
-                 "NAME@COUNT[:SECONDS[xTIMES]], at that press of the shutter or move");
+                 "NAME@COUNT[:SECONDS[xTIMES]], at that press of the shutter or move")
+      ->allow_extra_args(false);  // one at a time: else it would swallow the "--" before the command
   app.add_option("command", command, "The command and its arguments, after --")->required();
   CLI11_PARSE(app, argc, argv);
   try {

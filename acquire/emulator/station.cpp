@@ -41,6 +41,11 @@ EmulatedStation::EmulatedStation(const StationOptions& o, const ProgressFunction
     camera_.unplug = [this](double seconds) { network_->Drop(seconds); };
   } else {
     camera_.unplug = [this](double seconds) { unplugger_.Unplug(camera_usb_, seconds); };
+    camera_.taken = [this](double seconds) {
+      camera_usb_.held_until =
+          Clock::now() + std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(seconds));
+      unplugger_.Unplug(camera_usb_, 0.1);
+    };
     bus_.Plug(camera_usb_);
   }
 }
@@ -67,8 +72,8 @@ void EmulatedStation::PlanFault(const std::string& text) {
   throw InputError(
       "'" + text +
       "' is no fault; expected NAME@COUNT[:SECONDS[xTIMES]], NAME one of busy, stall, hang, "
-      "unplug, unplug-read, sleep, full, ram, late, missing, truncated, repeated, settings, wheel-stuck, "
-      "wheel-slip, wheel-unplug, wheel-silent");
+      "unplug, unplug-read, sleep, full, ram, late, missing, truncated, repeated, settings, second-client, "
+      "emulator-killed, wheel-stuck, wheel-slip, wheel-unplug, wheel-silent");
 }
 
 // With the bus's lock held.
@@ -96,6 +101,7 @@ void EmulatedStation::SeeToIt() {
   const std::lock_guard lock(bus_.lock());
   motion_.stuck = false;
   starlight_.silent = thorlabs_.silent = false;
+  camera_usb_.held_until = {};
   camera_.ChangeCard();
 }
 

@@ -49,13 +49,13 @@ class EmulatedStation {
     int move = 1;
     double seconds = 0.5;
   };
-  UsbBus bus_;
   WheelMotion motion_;
   LightPath light_;
   EosCamera camera_;
   PtpUsb camera_usb_;
   StarlightWheel starlight_;
   ThorlabsWheel thorlabs_;
+  UsbBus bus_;  // after the devices, which must outlive their time on it
   std::vector<WheelFault> wheel_faults_;
   Unplugger unplugger_;
   std::unique_ptr<PtpIp> network_;

@@ -69,6 +69,8 @@ class UsbDevice {
   virtual void Detached() { answers_ = nullptr; }
   virtual void Released() {}  // the last client has closed it
 
+  Clock::time_point held_until{};  // by another program, until then
+
  protected:
   void Answer(std::uint8_t endpoint, Bytes data, Clock::time_point when = Clock::now()) {
     if (answers_ != nullptr) answers_->Answer(endpoint, std::move(data), when);

@@ -29,7 +29,7 @@ UsbLine::~UsbLine() {
 int UsbLine::Claim(const void* client, unsigned interface) {
   if (gone_) return ENODEV;
   if (interface != 0) return ENOENT;
-  if (owner_ != nullptr && owner_ != client) return EBUSY;
+  if ((owner_ != nullptr && owner_ != client) || Clock::now() < device_.held_until) return EBUSY;
   owner_ = client;
   return 0;
 }

@@ -53,7 +53,8 @@ class SimulatedStation::SimulatedCamera : public Camera {
     const BenchConfig& c = station_.scene_.bench;
     return static_cast<std::uintmax_t>(c.width_px) * static_cast<std::uintmax_t>(c.height_px) * 3 / 2 + 2048;
   }
-  void Expose(const CaptureSettings& s) override {
+  std::chrono::steady_clock::time_point Expose(const CaptureSettings& s) override {
+    const auto pressed = std::chrono::steady_clock::now();
     if (s.iso < kLowestIso || s.iso > kHighestIso) {
       throw DeviceError("Simulated camera: ISO " + std::to_string(s.iso) + " was asked for; it has " +
                         std::to_string(kLowestIso) + " to " + std::to_string(kHighestIso) + ".");
@@ -64,6 +65,7 @@ class SimulatedStation::SimulatedCamera : public Camera {
     }
     const Shot shot{station_.target_, station_.slot_, s.exposure_ms, s.iso, s.shot};
     frame_ = {EncodeDng(station_.bench().Expose(shot), MetadataOfShot(station_.bench(), shot)), ".dng"};
+    return pressed;
   }
   RawFrame Fetch() override { return std::move(frame_); }
 

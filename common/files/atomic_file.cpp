@@ -69,12 +69,8 @@ fs::path FolderOf(const fs::path& path) {
 
 // Makes the folder of a file; returns the folders that were not there before, the deepest first.
 std::vector<fs::path> CreateFolder(const fs::path& path) {
-  std::vector<fs::path> made;
   std::error_code error;
-  for (fs::path folder = FolderOf(path); !folder.empty() && !fs::exists(folder, error) && !error;
-       folder = folder.parent_path()) {
-    made.push_back(folder);
-  }
+  const std::vector<fs::path> made = MissingFolders(FolderOf(path));
   fs::create_directories(FolderOf(path), error);
   if (error) {
     for (const fs::path& folder : made) ::rmdir(folder.c_str());
@@ -119,6 +115,7 @@ class Staged {
     if (::rename(temporary_.c_str(), target_.c_str()) != 0) ThrowStorageError("write", shown_, errno);
     committed_ = true;
     SyncFolder(FolderOf(target_), shown_);
+    for (const fs::path& folder : made_) SyncFolder(FolderOf(folder), shown_);  // a new folder's own name
   }
   void Write(std::string_view contents) const {
     FileDescriptor file(::open(temporary_.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666));
@@ -161,6 +158,14 @@ void CommitOrKeep(std::unique_ptr<Staged> staged) {
 }
 
 }  // namespace
+
+std::vector<fs::path> MissingFolders(fs::path folder) {
+  std::vector<fs::path> missing;
+  std::error_code error;
+  for (; !folder.empty() && !fs::exists(folder, error) && !error; folder = folder.parent_path())
+    missing.push_back(folder);
+  return missing;
+}
 
 int WriteAll(int descriptor, std::string_view data) noexcept {
   while (!data.empty()) {

@@ -9,6 +9,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace dermap {
 
@@ -33,6 +34,9 @@ class FileDescriptor {
  private:
   int descriptor_;
 };
+
+// `folder` and those above it that are not there, the deepest first.
+std::vector<std::filesystem::path> MissingFolders(std::filesystem::path folder);
 
 // Writes all of `data`; 0, or the errno of what stopped it.
 int WriteAll(int descriptor, std::string_view data) noexcept;

@@ -166,6 +166,7 @@ PlanConfig ReadPlanTable(TomlTable& file) {
   plan.black_frames = file.Integer("black_frames", plan.black_frames, 0, 1000);
   plan.spectralon_frames = file.Integer("spectralon_frames", plan.spectralon_frames, 1, 1000);
   plan.skin_frames = file.Integer("skin_frames", plan.skin_frames, 1, 1000);
+  plan.adapt_exposure = file.Boolean("adapt_exposure", plan.adapt_exposure);
   std::set<int> taken;
   for (TomlTable& table : file.Tables("exposure")) {
     plan.exposures.push_back(ReadExposure(table));

@@ -56,6 +56,7 @@ struct PlanConfig {
   int black_frames = 1;                    // for each distinct exposure and ISO
   int spectralon_frames = 1;               // for each filter
   int skin_frames = 1;                     // for each filter
+  bool adapt_exposure = true;              // the ISO of a filter whose frames come out too bright or too dark
   std::vector<PlannedExposure> exposures;  // in the order of the plan
 };
 

@@ -76,6 +76,7 @@ json PlanToJson(const PlanConfig& plan) {
           {"black_frames", plan.black_frames},
           {"spectralon_frames", plan.spectralon_frames},
           {"skin_frames", plan.skin_frames},
+          {"adapt_exposure", plan.adapt_exposure},
           {"exposure", exposures}};
 }
 
@@ -95,16 +96,17 @@ void CheckSha256(const std::string& sha256, const std::string& where) {
   }
 }
 
+FrameRole ReadRole(TomlTable& table, const std::string& where) {
+  const std::string role = table.RequiredString("role");
+  if (const auto known = RoleFromName(role)) return *known;
+  throw InputError(where + ": 'role' is \"" + Shorten(role, 40) + "\"; expected " + Join(kRoleNames, ", "));
+}
+
 // Unknown keys pass: a later version may record more about a frame.
 FrameRecord ReadFrame(TomlTable& table, const std::string& where) {
   FrameRecord frame;
   frame.number = table.RequiredInteger("number", 1, 9999999);
-  const std::string role = table.RequiredString("role");
-  const auto known = RoleFromName(role);
-  if (!known) {
-    throw InputError(where + ": 'role' is \"" + Shorten(role, 40) + "\"; expected " + Join(kRoleNames, ", "));
-  }
-  frame.role = *known;
+  frame.role = ReadRole(table, where);
   frame.slot = table.RequiredInteger("slot", 1, 64);
   if (frame.role != FrameRole::kBlack) {
     frame.wavelength_nm = table.RequiredNumber("wavelength_nm", kShortestWavelengthNm, kLongestWavelengthNm);
@@ -123,6 +125,18 @@ FrameRecord ReadFrame(TomlTable& table, const std::string& where) {
                      "\"; expected s or p, the position of the camera's polarizer");
   }
   return frame;
+}
+
+ExposureChange ReadChange(TomlTable& table, const std::string& where) {
+  ExposureChange change;
+  change.role = ReadRole(table, where);
+  change.slot = table.RequiredInteger("slot", 1, 64);
+  change.from_iso = table.RequiredInteger("from_iso", 25, 409600);
+  change.to_iso = table.RequiredInteger("to_iso", 25, 409600);
+  change.number = table.RequiredInteger("number", 1, 9999999);
+  change.why = table.String("why", "");
+  change.time_utc = table.String("time_utc", "");
+  return change;
 }
 
 void ReadFrames(TomlTable& manifest, const std::string& file, Session& session) {
@@ -190,6 +204,17 @@ FrameRecord FrameFromJson(const json& object, const std::string& where) {
   return ReadFrame(table, where);
 }
 
+json ExposureChangeToJson(const ExposureChange& change) {
+  return {{"role", RoleName(change.role)}, {"slot", change.slot},     {"from_iso", change.from_iso},
+          {"to_iso", change.to_iso},       {"number", change.number}, {"why", change.why},
+          {"time_utc", change.time_utc}};
+}
+
+ExposureChange ExposureChangeFromJson(const json& object, const std::string& where) {
+  TomlTable table = ToTable(object, where);
+  return ReadChange(table, where);
+}
+
 Session ReadSession(const fs::path& directory) {
   const fs::path path = directory / "session.json";
   std::error_code ignored;
@@ -210,12 +235,18 @@ Session ReadSession(const fs::path& directory) {
   TomlTable plan = RequireTable(manifest, "plan", file);
   session.plan = ReadPlanTable(plan);
   ReadFrames(manifest, file, session);
+  for (TomlTable& table : manifest.Tables("exposure_changes")) {
+    session.exposure_changes.push_back(ReadChange(table, file + ": a change of exposure"));
+  }
   return session;
 }
 
 void WriteSession(const Session& session) {
   json frames = json::array();
   for (const FrameRecord& frame : session.frames) frames.push_back(FrameToJson(frame));
+  json changes = json::array();
+  for (const ExposureChange& change : session.exposure_changes)
+    changes.push_back(ExposureChangeToJson(change));
   const json manifest{{"format", kFormat},
                       {"format_version", kFormatVersion},
                       {"dermap_version", session.dermap_version},
@@ -223,6 +254,7 @@ void WriteSession(const Session& session) {
                       {"complete", session.complete},
                       {"rig", RigToJson(session.rig)},
                       {"plan", PlanToJson(session.plan)},
+                      {"exposure_changes", changes},
                       {"frames", frames}};
   WriteFileAtomically(session.directory / "session.json",
                       manifest.dump(2, ' ', false, json::error_handler_t::replace) + "\n");

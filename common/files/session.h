@@ -27,10 +27,22 @@ struct FrameRecord {
   double fwhm_nm = 0.0;
   double exposure_ms = 0.0;
   int iso = 0;
-  std::string file;       // relative to the session folder: frames/NNNN_role_wavelength.dng
-  std::string sha256;     // 64 hexadecimal digits, lower case
-  std::string time_utc;   // ISO 8601
+  std::string file;         // relative to the session folder: frames/NNNN_role_wavelength.dng
+  std::string sha256;       // 64 hexadecimal digits, lower case
+  std::string time_utc;     // ISO 8601
   std::string polarizer{};  // of the camera: "s", "p", or empty where a session has one position only
+};
+
+// A filter's ISO that was changed while the session was taken, because a frame showed that the plan's did not
+// suit: of Spectralon and skin (role spectralon), or of skin alone (role skin).
+struct ExposureChange {
+  FrameRole role = FrameRole::kSpectralon;
+  int slot = 0;
+  int from_iso = 0;
+  int to_iso = 0;
+  int number = 0;  // of the frame that showed it
+  std::string why;
+  std::string time_utc;  // ISO 8601
 };
 
 struct Session {
@@ -40,7 +52,8 @@ struct Session {
   RigConfig rig;
   PlanConfig plan;
   bool complete = false;
-  std::vector<FrameRecord> frames;  // ascending number
+  std::vector<FrameRecord> frames;                 // ascending number
+  std::vector<ExposureChange> exposure_changes{};  // in the order in which they were made
 };
 
 // Reads and validates session.json; throws InputError that names what is wrong (a relative file that leaves
@@ -52,6 +65,9 @@ void WriteSession(const Session& session);
 // `where` begins the sentence).
 nlohmann::json FrameToJson(const FrameRecord& frame);
 FrameRecord FrameFromJson(const nlohmann::json& json, const std::string& where);
+// The same for a change of exposure.
+nlohmann::json ExposureChangeToJson(const ExposureChange& change);
+ExposureChange ExposureChangeFromJson(const nlohmann::json& json, const std::string& where);
 
 // Throws InputError naming the first frame that is missing or whose SHA-256 differs.
 void VerifyFrames(const Session& session);

@@ -24,8 +24,15 @@ struct Journal::Impl {
 
 namespace {
 
+// A folder that cannot be synced is as good as it gets.
+void SyncFolder(const std::filesystem::path& folder) {
+  const FileDescriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
+  if (directory.valid()) ::fsync(directory.get());
+}
+
 FileDescriptor OpenLocked(const std::filesystem::path& path) {
   std::error_code error;
+  const auto made = MissingFolders(path.parent_path());
   if (path.has_parent_path()) std::filesystem::create_directories(path.parent_path(), error);
   if (error) ThrowStorageError("create the folder of", path, error.value());
   FileDescriptor file(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666));
@@ -35,11 +42,9 @@ FileDescriptor OpenLocked(const std::filesystem::path& path) {
         path.string() +
         " is in use by another capture; remedy: wait for it to end, or name another session folder");
   }
-  // The folder's own entry must survive a power cut too; a folder that cannot be synced is as good as it
-  // gets.
-  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
-  const FileDescriptor directory(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (directory.valid()) ::fsync(directory.get());
+  // The names of the journal and of its folders must survive a power cut too.
+  SyncFolder(path.has_parent_path() ? path.parent_path() : ".");
+  for (const auto& folder : made) SyncFolder(folder.has_parent_path() ? folder.parent_path() : ".");
   return file;
 }
 

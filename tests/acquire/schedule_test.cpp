@@ -53,6 +53,33 @@ TEST(Schedule, ShippedPlanFitsTheShippedRig) {
   EXPECT_EQ(schedule.size(), 20u);
 }
 
+// Two filters at ISO 100 and 160; the second's skin frames go to 125, then both its roles to 250.
+TEST(Schedule, TakesAChangedFilterAtItsNewIsoWithBlackFramesOfItsOwn) {
+  const RigConfig rig = acquire_test::SmallRig();
+  PlanConfig plan = TwoFilters();
+  plan.exposures[1].iso = 160;
+  auto schedule = MakeSchedule(rig, plan);  // black 100, black 160, Spectralon 1 and 2, skin 1 and 2
+  ASSERT_EQ(schedule.size(), 6u);
+  EXPECT_TRUE(SettingsWithoutBlack(schedule, schedule).empty());
+  ApplyExposureChange({FrameRole::kSkin, 2, 160, 125, 6, "", ""}, schedule);
+  EXPECT_EQ(schedule[3].iso, 160);
+  EXPECT_EQ(schedule[5].iso, 125);
+  ApplyExposureChange({FrameRole::kSpectralon, 2, 160, 250, 4, "", ""}, schedule);
+  EXPECT_EQ(schedule[1].iso, 160) << "a black frame is of no filter";
+  EXPECT_EQ(schedule[2].iso, 100);
+  EXPECT_EQ(schedule[3].iso, 250);
+  EXPECT_EQ(schedule[5].iso, 250);
+  const auto lacking = SettingsWithoutBlack(schedule, schedule);
+  ASSERT_EQ(lacking.size(), 1u);
+  EXPECT_EQ(lacking[0].iso, 250);
+  AddBlackFrames(lacking[0], 2, rig, schedule);
+  ASSERT_EQ(schedule.size(), 8u);
+  EXPECT_EQ(schedule[7].number, 8);
+  EXPECT_EQ(schedule[7].slot, 3);
+  EXPECT_EQ(schedule[7].wavelength_nm, 0.0);
+  EXPECT_TRUE(SettingsWithoutBlack(schedule, schedule).empty());
+}
+
 TEST(Schedule, FingerprintTellsPlansApart) {
   const RigConfig rig = acquire_test::SmallRig();
   PlanConfig plan = TwoFilters();

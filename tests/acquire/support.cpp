@@ -61,11 +61,11 @@ std::string SmallSceneToml() {
          "[bench]\nwidth_px = 96\nheight_px = 72\nscale_px_per_mm = 7\nwindow_center_px = [38, 35.5]\n";
 }
 
-void WatchedStation::Expose(const CaptureSettings& settings) {
+std::chrono::steady_clock::time_point WatchedStation::Expose(const CaptureSettings& settings) {
   ++shots[settings.shot];
   if (before_capture) before_capture(settings);
-  inner_.camera().Expose(settings);
   exposed_ = settings;
+  return inner_.camera().Expose(settings);
 }
 
 RawFrame WatchedStation::Fetch() {

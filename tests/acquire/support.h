@@ -58,7 +58,7 @@ class WatchedStation : public Station, private Camera {
  private:
   std::string Name() const override { return "watched camera"; }
   std::uintmax_t FrameBytes() const override { return inner_.camera().FrameBytes(); }
-  void Expose(const CaptureSettings& settings) override;
+  std::chrono::steady_clock::time_point Expose(const CaptureSettings& settings) override;
   RawFrame Fetch() override;
 
   Station& inner_;

@@ -5,74 +5,26 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <httplib.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
+#include <atomic>
 #include <nlohmann/json.hpp>
+#include <random>
 #include <thread>
 
 #include "common/core/error.h"
 #include "common/files/session.h"
-#include "tests/acquire/support.h"
+#include "tests/acquire/daemon/daemon_under_test.h"
 
 namespace dermap {
 namespace {
 
 using nlohmann::json;
-using namespace std::chrono_literals;
 using testing::HasSubstr;
 
-constexpr int kMostTries = 600;
-
-class Daemon : public testing::Test {
- protected:
-  Daemon() {
-    folder_.Write("scene.toml", acquire_test::SmallSceneToml());
-    DaemonOptions options;
-    options.rig = folder_.Write("rig.toml", acquire_test::SmallRigToml("scene.toml"));
-    options.plan = folder_.Write("plan.toml", acquire_test::SmallPlanToml());
-    options.root = folder_.path() / "sessions";
-    daemon_ = std::make_unique<CaptureDaemon>(options);
-    ServerOptions server;
-    server.port = 0;
-    server_ = std::make_unique<HttpServer>(*daemon_, server);
-    thread_ = std::thread([this] { server_->Run(); });
-    client_ = std::make_unique<httplib::Client>("127.0.0.1", server_->port());
-    client_->set_read_timeout(5, 0);
-    key_ = json::parse(Post("steer", {{"key", ""}}).body).at("key");
-  }
-  ~Daemon() override {
-    server_->Stop();
-    thread_.join();
-  }
-
-  httplib::Response Post(const std::string& what, const json& body, const httplib::Headers& more = {}) {
-    httplib::Headers headers = more;
-    headers.emplace("X-Dermap-Key", key_);
-    const json object = body.is_null() ? json::object() : body;  // {} is null to the library
-    const auto result = client_->Post("/api/" + what, headers, object.dump(), "application/json");
-    return result ? *result : httplib::Response{};
-  }
-  json State() {
-    const auto result = client_->Get("/api/state");
-    return result ? json::parse(result->body) : json::object();
-  }
-  // The state once it is `name`; fails after a while.
-  json Await(const std::string& name) {
-    for (int i = 0; i < kMostTries; ++i) {
-      const json state = State();
-      if (state.value("state", "") == name) return state;
-      std::this_thread::sleep_for(10ms);
-    }
-    ADD_FAILURE() << "never " << name << ": " << State().dump();
-    return {};
-  }
-
-  acquire_test::TemporaryFolder folder_;
-  std::unique_ptr<CaptureDaemon> daemon_;
-  std::unique_ptr<HttpServer> server_;
-  std::thread thread_;
-  std::unique_ptr<httplib::Client> client_;
-  std::string key_;
-};
+using Daemon = acquire_test::DaemonUnderTest;
 
 TEST_F(Daemon, TakesAWholeSession) {
   EXPECT_EQ(State().at("state"), "idle");
@@ -139,6 +91,64 @@ TEST_F(Daemon, TellsWatchersOfEveryChange) {
   watcher.join();
   EXPECT_THAT(heard, HasSubstr("data: {"));
   EXPECT_THAT(heard, HasSubstr("\"state\":\"complete\""));
+}
+
+// Every one of 50 watchers hears how it ends, and the daemon still answers.
+TEST_F(Daemon, TellsFiftyWatchersAtOnce) {
+  constexpr int kWatchers = 50;
+  std::atomic<int> connected{0}, heard_the_end{0};
+  std::vector<std::thread> watchers;
+  for (int i = 0; i < kWatchers; ++i) {
+    watchers.emplace_back([&] {
+      httplib::Client client("127.0.0.1", server_->port());
+      client.set_read_timeout(20, 0);
+      bool counted = false;
+      std::string tail;
+      client.Get("/api/events", [&](const char* data, std::size_t size) {
+        if (!counted) ++connected;
+        counted = true;
+        tail.append(data, size);
+        if (tail.find("\"state\":\"complete\"") != std::string::npos) {
+          ++heard_the_end;
+          return false;
+        }
+        if (tail.size() > 1000) tail.erase(0, tail.size() - 1000);
+        return true;
+      });
+    });
+  }
+  for (int i = 0; i < acquire_test::kMostTries && connected < kWatchers; ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(connected, kWatchers);
+  ASSERT_EQ(Post("start", {{"session", "fifty"}}).status, 200);
+  Await("complete");
+  for (std::thread& watcher : watchers) watcher.join();
+  EXPECT_EQ(heard_the_end, kWatchers);
+}
+
+// What is no HTTP at all, at random but the same each time: it closes, and goes on.
+TEST_F(Daemon, OutlivesMalformedRequests) {
+  std::mt19937 random(7);
+  const std::string good =
+      "POST /api/start HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Length: 20\r\n"
+      "Content-Type: application/json\r\n\r\n{\"session\": \"x\"}    ";
+  for (int i = 0; i < 60; ++i) {
+    std::string bytes = good;
+    for (unsigned changes = random() % 12; changes > 0; --changes)
+      bytes[random() % bytes.size()] = static_cast<char>(random());
+    if (i % 3 == 0) bytes.resize(random() % bytes.size());
+    if (i % 7 == 0) bytes.insert(random() % bytes.size(), std::string(random() % 9000, 'A'));
+    const int file = ::socket(AF_INET, SOCK_STREAM, 0);
+    sockaddr_in to{};
+    to.sin_family = AF_INET;
+    to.sin_port = htons(static_cast<std::uint16_t>(server_->port()));
+    to.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    ASSERT_EQ(::connect(file, reinterpret_cast<sockaddr*>(&to), sizeof to), 0);
+    EXPECT_GE(::send(file, bytes.data(), bytes.size(), MSG_NOSIGNAL), 0);
+    ::shutdown(file, SHUT_WR);
+    ::close(file);
+  }
+  EXPECT_EQ(State().at("state"), "idle");
 }
 
 TEST_F(Daemon, HasOneAtTheHelm) {

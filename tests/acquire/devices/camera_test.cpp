@@ -63,9 +63,9 @@ class CameraOnUsb : public testing::Test {
 
   int exposed_ = 0;
   std::size_t size_ = 0;
-  emulator::UsbBus bus_;
   emulator::EosCamera eos_{[this](double ms, int iso) { return FileOfShot(ms, iso); }, {}};
   emulator::PtpUsb usb_{eos_};
+  emulator::UsbBus bus_;
   emulator::Unplugger unplugger_{bus_};
   Gphoto2Camera camera_{{}, kQuickCamera};
   std::vector<FaultKind> overcome_;

@@ -140,6 +140,33 @@ TEST_F(EmulatedSession, SurvivesACameraThatGoesAway) {
   ExpectWhole();
 }
 
+// A desktop service is quicker when the camera comes back: for a moment, and for good until the operator ends
+// it.
+TEST_F(EmulatedSession, SurvivesASecondClient) {
+  Emulate({"second-client@2:0.3", "second-client@5:60"});
+  Capture();
+  ExpectWhole();
+  EXPECT_THAT(Problems("paused"), testing::ElementsAre(HasSubstr("end the program that holds it")));
+}
+
+TEST_F(EmulatedSession, SurvivesAWheelThatFallsSilent) {
+  Emulate({"wheel-silent@3"});
+  Capture();
+  ExpectWhole();
+  EXPECT_THAT(Problems("paused"), testing::SizeIs(1));
+}
+
+// Slot 1 saturates at ISO 1600, slot 2 is too dark at 100: through the real drivers, with what the camera
+// offers.
+TEST_F(EmulatedSession, TakesFiltersAtTheIsoThatSuitsThem) {
+  options_.plan =
+      folder_.Write("wrong.toml", "[[exposure]]\nslot = 1\niso = 1600\n[[exposure]]\nslot = 2\niso = 100\n");
+  Emulate({});
+  Capture();
+  ExpectWhole();
+  EXPECT_EQ(ReadSession(options_.out).exposure_changes.size(), 4u);
+}
+
 TEST_F(EmulatedSession, TakesAFrameAgainWhoseFileIsTooLate) {
   Emulate({"late@3:2.2", "missing@5"});
   Capture();

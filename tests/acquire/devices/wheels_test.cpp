@@ -49,9 +49,9 @@ class Wheels : public testing::Test {
     return FaultKind::kBusy;
   }
 
-  emulator::UsbBus bus_;
   emulator::WheelMotion motion_{12, 0.005};
   Wheel wheel_{motion_};
+  emulator::UsbBus bus_;
   std::string message_;
 };
 
