@@ -93,6 +93,20 @@ void Resolve(FitSpectraArguments& args) {
   if (args.options.model != "auto") SkinModelFromName(args.options.model, args.options.tissue);
 }
 
+// A stack says itself how wide its bands are and at which angle they were seen.
+MeasuredSpectra ReadInput(FitSpectraArguments& args, bool width_is_given) {
+  if (IsTable(args.input.string())) return ReadSpectra(args.input, args.format);
+  const ReflectanceStack stack = ReadReflectanceStack(args.input);
+  args.options.instrument.geometry = stack.geometry;
+  if (!width_is_given) {
+    args.options.instrument.fwhm_nm = 0.0;
+    for (const Band& band : stack.bands) {
+      args.options.instrument.fwhm_nm += band.fwhm_nm / static_cast<double>(stack.bands.size());
+    }
+  }
+  return SpectraOfStack(stack, args.format, args.input.string());
+}
+
 std::string Line(const SpectraFit& fit, std::size_t i) {
   const ModelFit& best = fit.fits[i].best();
   std::string line = fmt::format("  {:<12} {:<20} rms {:.4f} ",
@@ -141,9 +155,7 @@ int RunFitSpectraCommand(int argc, char** argv) {
   return command.Run(argc, argv, [&] {
     Resolve(args);
     const Chromophores chromophores(ConfigDirectory() / "spectra");
-    MeasuredSpectra spectra = IsTable(args.input.string()) ? ReadSpectra(args.input, args.format)
-                                                           : SpectraOfStack(ReadReflectanceStack(args.input),
-                                                                            args.format, args.input.string());
+    MeasuredSpectra spectra = ReadInput(args, command.app().count("--fwhm-nm") > 0);
     ProgressBar bar("fit");
     const SpectraFit fit = FitSpectra(std::move(spectra), args.options, chromophores, bar.Function());
     FileBatch folder;  // all of it, or nothing

@@ -53,7 +53,7 @@ std::vector<SkinModel> SkinModels(const TissueConfig& tissue) {
   const std::vector<SkinParameter> core{kC_m, kBeta_m, kC_hd, kOxygenation, kAmplitude};
   std::vector<SkinModel> models{
       {"published",
-       "[D08]: five concentrations, 0.25 mm of epidermis",
+       "as published: five concentrations, 0.25 mm of epidermis",
        {kC_m, kBeta_m, kC_he, kC_bc, kC_hd},
        Published()},
       {"core", "thin epidermis; melanins, blood, oxygenation, amplitude of scattering", core, Bare(tissue)}};

@@ -19,7 +19,7 @@ const std::array<GridAxis, 3>& SkinTotals::Axes() {
 }
 
 SkinTotals::SkinTotals(const TissueConfig& config, const ProgressFunction& progress) {
-  const auto& [thickness, upper, lower] = Axes();
+  const GridAxis thickness = Axes()[0], upper = Axes()[1], lower = Axes()[2];
   const PlaneSkin skin(config);
   std::vector<LightOperators> dermis(lower.count);
   ParallelFor(lower.count, [&](int k) { dermis[k] = skin.Dermis(std::exp(lower.At(k)), 1.0); });

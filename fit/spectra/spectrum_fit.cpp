@@ -140,6 +140,32 @@ std::vector<double> Residuals(std::span<const double> measured, const ModelFit& 
   return residuals;
 }
 
+// The best of some starts.
+Solution SolveFromStarts(const Misfit& misfit, const std::vector<ModelFit>& done) {
+  const SkinVector* smaller = nullptr;
+  for (const ModelFit& known : done) {
+    if (Contains(misfit.candidate, known.model)) smaller = &known.skin;
+  }
+  Solution best;
+  for (const SkinVector& start : Starts(misfit.candidate, smaller)) {
+    Solution solution = Solve(misfit, start);
+    if (solution.cost < best.cost) best = std::move(solution);
+  }
+  return best;
+}
+
+ModelFit Describe(const Misfit& misfit, const Solution& solution) {
+  ModelFit fit;
+  fit.model = misfit.candidate;
+  fit.skin = fit.model.fixed;
+  for (std::size_t i = 0; i < solution.x.size(); ++i)
+    fit.skin[static_cast<int>(fit.model.free[i])] = solution.x[i];
+  fit.converged = solution.converged;
+  fit.predicted.resize(misfit.reflectance.size());
+  misfit.model.Predict(fit.skin, fit.predicted.data());
+  return fit;
+}
+
 }  // namespace
 
 SpectrumFit FitSpectrum(const SpectrumModel& model, std::span<const double> reflectance,
@@ -148,24 +174,8 @@ SpectrumFit FitSpectrum(const SpectrumModel& model, std::span<const double> refl
   std::vector<Solution> solutions;
   for (const SkinModel& candidate : candidates) {
     const Misfit misfit{model, candidate, reflectance, sigma};
-    const SkinVector* smaller = nullptr;
-    for (const ModelFit& known : result.candidates) {
-      if (Contains(candidate, known.model)) smaller = &known.skin;
-    }
-    Solution best;
-    for (const SkinVector& start : Starts(candidate, smaller)) {
-      Solution solution = Solve(misfit, start);
-      if (solution.cost < best.cost) best = std::move(solution);
-    }
-    ModelFit fit;
-    fit.model = candidate;
-    fit.skin = candidate.fixed;
-    for (std::size_t i = 0; i < best.x.size(); ++i) fit.skin[static_cast<int>(candidate.free[i])] = best.x[i];
-    fit.converged = best.converged;
-    fit.predicted.resize(reflectance.size());
-    model.Predict(fit.skin, fit.predicted.data());
-    result.candidates.push_back(std::move(fit));
-    solutions.push_back(std::move(best));
+    solutions.push_back(SolveFromStarts(misfit, result.candidates));
+    result.candidates.push_back(Describe(misfit, solutions.back()));
   }
   // Evidence is counted alike for all candidates: by the residual of the one that fits best.
   const auto closest = std::min_element(solutions.begin(), solutions.end(),

@@ -7,6 +7,7 @@
 #include <map>
 
 #include "common/optics/fresnel.h"
+#include "common/transport/forward_model.h"
 
 namespace dermap {
 namespace {
@@ -28,29 +29,15 @@ SpectrumModel::SpectrumModel(const Instrument& instrument, const TissueConfig& t
     : wavelengths_nm_(std::move(wavelengths_nm)),
       totals_(tissue, Part(progress, 0.0, instrument.aperture.IsFinite() ? 0.4 : 1.0)) {
   if (instrument.aperture.IsFinite()) edge_.emplace(instrument.aperture, tissue, Part(progress, 0.4, 1.0));
+  exit_angle_factor_ = ExitAngleFactor(instrument.geometry, tissue.n_outside, tissue.n_epidermis);
   if (instrument.specular_included) {
     specular_ = FresnelReflectance(1.0, tissue.n_outside, tissue.n_epidermis);
   }
-  TissueConfig oxygenated = tissue, deoxygenated = tissue, published = tissue;
-  oxygenated.oxygenation_dermis = 1.0;
-  deoxygenated.oxygenation_dermis = 0.0;
-  published.scattering_amplitude = 1.0;
-  published.scattering_slope = 0.0;
   std::map<double, int> known;
   const auto point_at = [&](double wavelength_nm) {
     const double nm = std::clamp(wavelength_nm, kFirst_nm, kLast_nm);
     const auto [at, is_new] = known.try_emplace(nm, static_cast<int>(points_.size()));
-    if (is_new) {
-      const Absorbers with = chromophores.At(nm, oxygenated), without = chromophores.At(nm, deoxygenated);
-      points_.push_back({.eumelanin = with.eumelanin,
-                         .pheomelanin = with.pheomelanin,
-                         .oxyhemoglobin = with.blood_dermis,
-                         .deoxyhemoglobin = without.blood_dermis,
-                         .carotene = with.carotene,
-                         .baseline = with.baseline,
-                         .mu_s_reduced = ReducedScatteringEpidermis(nm, published),
-                         .log_relative_wavelength = std::log(nm / kReference_nm)});
-    }
+    if (is_new) points_.push_back(PointAt(nm, tissue, chromophores));
     return at->second;
   };
   // A triangle by three points: its mean and its variance, fwhm^2 / 6. Bands one width apart share two of
@@ -66,6 +53,24 @@ SpectrumModel::SpectrumModel(const Instrument& instrument, const TissueConfig& t
     }
     bands_.push_back(std::move(band));
   }
+}
+
+SpectrumModel::Point SpectrumModel::PointAt(double wavelength_nm, const TissueConfig& tissue,
+                                            const Chromophores& chromophores) {
+  TissueConfig oxygenated = tissue, deoxygenated = tissue, published = tissue;
+  oxygenated.oxygenation_dermis = 1.0;
+  deoxygenated.oxygenation_dermis = 0.0;
+  published.scattering_amplitude = 1.0;
+  published.scattering_slope = 0.0;
+  const Absorbers with = chromophores.At(wavelength_nm, oxygenated);
+  return {.eumelanin = with.eumelanin,
+          .pheomelanin = with.pheomelanin,
+          .oxyhemoglobin = with.blood_dermis,
+          .deoxyhemoglobin = chromophores.At(wavelength_nm, deoxygenated).blood_dermis,
+          .carotene = with.carotene,
+          .baseline = with.baseline,
+          .mu_s_reduced = ReducedScatteringEpidermis(wavelength_nm, published),
+          .log_relative_wavelength = std::log(wavelength_nm / kReference_nm)};
 }
 
 }  // namespace dermap

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "common/tissue/tissue.h"
+#include "common/transport/conditions.h"
 #include "fit/spectra/edge_loss.h"
 #include "fit/spectra/measured_skin.h"
 #include "fit/spectra/skin_totals.h"
@@ -18,7 +19,8 @@ namespace dermap {
 // What measured the spectra.
 struct Instrument {
   Aperture aperture;
-  double fwhm_nm = 10.0;           // of each band, a triangle; 0: monochromatic
+  double fwhm_nm = 10.0;                         // of each band, a triangle; 0: monochromatic
+  Geometry geometry = Geometry::kHemispherical;  // or seen at 30 degrees; d/8 is hemispherical by reciprocity
   bool specular_included = false;  // the mirror reflection of the skin's surface is in the measurement
 };
 
@@ -47,6 +49,7 @@ class SpectrumModel {
     double weight;
   };
 
+  static Point PointAt(double wavelength_nm, const TissueConfig& tissue, const Chromophores& chromophores);
   template <class Scalar>
   Scalar ReflectanceAt(const Point& point, const std::array<Scalar, kSkinParameterCount>& skin) const;
 
@@ -55,6 +58,7 @@ class SpectrumModel {
   std::vector<std::vector<Share>> bands_;  // of each wavelength
   SkinTotals totals_;
   std::optional<EdgeLoss> edge_;
+  double exit_angle_factor_ = 1.0;
   double specular_ = 0.0;
 };
 
@@ -113,7 +117,7 @@ Scalar SpectrumModel::ReflectanceAt(const Point& point,
     reflectance *=
         1.0 - exp(detail::LookUp<Scalar>(edge_->log_loss(), log_mu_s, log_upper + log_thickness, log_lower));
   }
-  return reflectance + surface + specular_;
+  return exit_angle_factor_ * reflectance + surface + specular_;
 }
 
 template <class Scalar>

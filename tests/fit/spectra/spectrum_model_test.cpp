@@ -55,6 +55,20 @@ TEST(SpectrumModel, AddsTheMirrorReflectionWhereTheInstrumentSawIt) {
   EXPECT_NEAR(included[1] - excluded[20], 1.0 / 36.0, 1e-9);
 }
 
+// Source: reciprocity: what leaves at 30 degrees is what would enter there: (1 - F(30)) / (1 - diffuse F) of
+// n = 1.4, by hand (0.97095 / 0.92319).
+TEST(SpectrumModel, KnowsAFactorSeenAtThirtyDegrees) {
+  const std::vector<double> nm{500.0, 600.0};
+  const SpectrumModel seen({.aperture = {}, .fwhm_nm = 0.0, .geometry = Geometry::kFactor0_30},
+                           MeasuredTissue(), TestChromophores(), nm, {});
+  std::array<double, 2> at_30{};
+  seen.Predict(SkinWith({}), at_30.data());
+  std::vector<double> all(33);
+  MonochromaticModel().Predict(SkinWith({}), all.data());
+  EXPECT_NEAR(at_30[0] / all[10], at_30[1] / all[20], 1e-9);
+  EXPECT_NEAR(at_30[0] / all[10], 0.97095 / 0.92319, 1e-4);
+}
+
 // Source: a triangle of full width 10 nm at half maximum holds the mean of R over it; here by 2000
 // monochromatic samples. Beside the oxyhemoglobin peak at 577 nm that is 0.004 more than R at its middle.
 TEST(SpectrumModel, AveragesOverTheWidthOfABand) {

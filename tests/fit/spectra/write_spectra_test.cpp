@@ -10,6 +10,7 @@
 
 #include "common/core/error.h"
 #include "tests/common/files/temporary_folder.h"
+#include "tests/fit/report/html_check.h"
 #include "tests/fit/spectra/made_spectra.h"
 
 namespace dermap {
@@ -17,6 +18,7 @@ namespace {
 
 using enum SkinParameter;
 using ::testing::HasSubstr;
+using ::testing::IsEmpty;
 using ::testing::Not;
 using ::testing::UnorderedElementsAre;
 
@@ -78,7 +80,8 @@ TEST(WriteSpectra, LeavesAPageThatStandsAlone) {
   EXPECT_THAT(html, HasSubstr("skin &amp; more.csv"));
   EXPECT_THAT(html, HasSubstr("&lt;b&gt;arm&lt;/b&gt;"));
   EXPECT_THAT(html, Not(HasSubstr("<b>arm")));
-  EXPECT_THAT(html, Not(HasSubstr("http")));
+  EXPECT_THAT(NestingFaults(html), IsEmpty());
+  EXPECT_THAT(OutsideReferences(html), IsEmpty());
   EXPECT_THAT(html, HasSubstr("<svg"));
 }
 
