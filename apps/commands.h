@@ -10,6 +10,9 @@ int RunServeCommand(int argc, char** argv);
 int RunVerifyCommand(int argc, char** argv);
 int RunCalibrateCommand(int argc, char** argv);
 int RunFitCommand(int argc, char** argv);
+// Whether `fit` is asked for spectra rather than maps: a .csv among its words, or --spectra.
+bool MeansSpectra(int argc, char** argv);
+int RunFitSpectraCommand(int argc, char** argv);
 int RunRenderCommand(int argc, char** argv);
 int RunImportCommand(int argc, char** argv);
 int RunOpticsCommand(int argc, char** argv);

@@ -27,7 +27,10 @@ struct FitArguments {
 };
 
 void AddOptions(CLI::App& app, FitArguments& args) {
-  app.add_option("STACK", args.stack, "Reflectance stack, .exr or ENVI .hdr, from any rig")->required();
+  app.add_option("STACK", args.stack,
+                 "Reflectance stack, .exr or ENVI .hdr, from any rig; a .csv of spectra has flags of its "
+                 "own: dermap fit SPECTRA.csv --help")
+      ->required();
   app.add_option("-o,--output", args.output, "The fit folder to write")->required();
   app.add_option("--method", args.method, "fast (default) | descent");
   app.add_option("--start", args.start,
@@ -91,6 +94,7 @@ Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) 
 }  // namespace
 
 int RunFitCommand(int argc, char** argv) {
+  if (MeansSpectra(argc, argv)) return RunFitSpectraCommand(argc, argv);
   CommandLine command("fit",
                       "Recover the chromophore maps of a reflectance stack, with error bars and a report.");
   FitArguments args;

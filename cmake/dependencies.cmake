@@ -2,6 +2,7 @@
 # Every dependency is a Debian 12 package (scripts/setup installs them).
 find_package(PkgConfig REQUIRED)
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
+find_package(Ceres 2.1 REQUIRED)
 find_package(spdlog REQUIRED)
 find_package(TBB REQUIRED)
 find_package(CLI11 REQUIRED)

@@ -8,8 +8,8 @@
 
 namespace dermap {
 
-TissueConfig ReadTissueTable(TomlTable& file) {
-  TissueConfig config;
+TissueConfig ReadTissueTable(TomlTable& file, const TissueConfig& defaults) {
+  TissueConfig config = defaults;
   auto table = file.Table("tissue");
   if (!table) return config;
   constexpr double kAny = std::numeric_limits<double>::max();
@@ -33,9 +33,9 @@ TissueConfig ReadTissueTable(TomlTable& file) {
   return config;
 }
 
-TissueConfig ReadTissueConfig(const std::filesystem::path& path) {
+TissueConfig ReadTissueConfig(const std::filesystem::path& path, const TissueConfig& defaults) {
   TomlTable file = TomlTable::ReadFile(path);
-  const TissueConfig config = ReadTissueTable(file);
+  const TissueConfig config = ReadTissueTable(file, defaults);
   file.Finish();
   return config;
 }

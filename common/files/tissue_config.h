@@ -10,8 +10,8 @@
 namespace dermap {
 
 // Reads [tissue] out of an open table (scene files have one as well); what is absent keeps its default.
-TissueConfig ReadTissueTable(TomlTable& file);
+TissueConfig ReadTissueTable(TomlTable& file, const TissueConfig& defaults = {});
 // A file with nothing but [tissue]; an unknown key or table is an error.
-TissueConfig ReadTissueConfig(const std::filesystem::path& path);
+TissueConfig ReadTissueConfig(const std::filesystem::path& path, const TissueConfig& defaults = {});
 
 }  // namespace dermap

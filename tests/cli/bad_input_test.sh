@@ -65,6 +65,33 @@ for out in out_nan out_band out_size; do
   done
 done
 
+# --- fit: tables of spectra
+bands=R400,R440,R480,R520,R560,R600,R640,R680
+numbers=0.1,0.12,0.15,0.2,0.2,0.3,0.35,0.4
+table() { printf "$1" >in/spectra.csv; }
+table "id,$bands\na,$numbers\n"
+refuses 2 out 'in/none.csv|No such file' -- fit in/none.csv -o out
+refuses 2 out "veins|vessels" -- fit in/spectra.csv -o out --model veins
+refuses 2 out '--aperture-mm|-8' -- fit in/spectra.csv -o out --aperture-mm=-8
+refuses 2 out '--noise|two' -- fit in/spectra.csv -o out --noise two
+refuses 2 out '--range-nm' -- fit in/spectra.csv -o out --range-nm 700,400
+refuses 2 out 'in/spectra.csv|8' -- fit in/spectra.csv -o out --range-nm 500,600
+refuses 2 out '--method' -- fit in/spectra.csv -o out --method fast
+refuses 2 out 'in/range.toml|n_dermis' -- fit in/spectra.csv -o out --config in/range.toml
+for last in '' nan text 40 0.4,0.4 -0.5; do
+  table "id,$bands\na,$numbers\nb,0.1,0.12,0.15,0.2,0.2,0.3,0.35,$last\n"
+  refuses 2 out 'in/spectra.csv line 3' -- fit in/spectra.csv -o out
+done
+table "id,R500,R450\na,0.1,0.1\n"
+refuses 2 out 'in/spectra.csv line 1|450' -- fit in/spectra.csv -o out
+refuses 2 out 'in/one_band.exr|8' -- fit --spectra in/one_band.exr -o out
+table "id,$bands\na,10,12,15,20,20,30,35,40\n"
+accepts '0|1' -- fit in/spectra.csv -o out_spectra --percent --model core --threads 1
+for file in spectra.csv spectra.json report.html; do
+  [ -s "out_spectra/$file" ] || complain "fit of spectra made no out_spectra/$file"
+done
+refuses 4 out 'in/file' -- fit in/spectra.csv -o in/file/out --percent --model core
+
 # --- render
 refuses 2 out.exr 'in/none.exr' -- render in/none.exr -o out.exr
 refuses 2 out.exr 'in/good.exr|C_m' -- render in/good.exr -o out.exr
