@@ -89,19 +89,26 @@ inline __attribute__((always_inline)) void SetVariables(const Scaling& s, const 
   for (int k = 2; k < kVariables; ++k) Bound(v[k], 0.0f, 1.0f);
 }
 
-// Powers of the variables and their derivatives.
+// Powers of the variables, and their derivatives.
 struct Powers {
-  Lanes of[kVariables][kDegree + 1], slope[kVariables][kDegree + 1];
+  Lanes of[kVariables][kDegree + 1];
+};
+struct Slopes {
+  Lanes of[kVariables][kDegree + 1];
 };
 
 inline __attribute__((always_inline)) void SetPowers(const Lanes* v, Powers& powers) {
   for (int k = 0; k < kVariables; ++k) {
     powers.of[k][0] = Lanes{} + 1.0f;
-    powers.slope[k][0] = Lanes{};
-    for (int e = 1; e <= (k < 2 ? kDegree : kShareDegree); ++e) {
-      powers.of[k][e] = powers.of[k][e - 1] * v[k];
-      powers.slope[k][e] = static_cast<float>(e) * powers.of[k][e - 1];
-    }
+    for (int e = 1; e <= (k < 2 ? kDegree : kShareDegree); ++e) powers.of[k][e] = powers.of[k][e - 1] * v[k];
+  }
+}
+
+inline __attribute__((always_inline)) void SetSlopes(const Powers& powers, Slopes& slopes) {
+  for (int k = 0; k < kVariables; ++k) {
+    slopes.of[k][0] = Lanes{};
+    for (int e = 1; e <= (k < 2 ? kDegree : kShareDegree); ++e)
+      slopes.of[k][e] = static_cast<float>(e) * powers.of[k][e - 1];
   }
 }
 
@@ -142,8 +149,10 @@ void RatioAndSlopes(const Pixels& pixels, const Scaling& scaling, const float* c
   for (std::size_t i = 0; i < n; i += kLanes) {
     Lanes v[kVariables], slope[kVariables] = {};
     Powers powers;
+    Slopes of_powers;
     SetVariables(scaling, pixels, i, v);
     SetPowers(v, powers);
+    SetSlopes(powers, of_powers);
     Lanes sum{};
     const float* coefficient = coefficients;
     for (int a = 0; a <= kShareDegree; ++a) {
@@ -156,10 +165,10 @@ void RatioAndSlopes(const Pixels& pixels, const Scaling& scaling, const float* c
               Lanes line{}, line_y{};
               for (int y = 0; x + y <= left; ++y, ++coefficient) {
                 line += *coefficient * powers.of[1][y];
-                line_y += *coefficient * powers.slope[1][y];
+                line_y += *coefficient * of_powers.of[1][y];
               }
               inner += line * powers.of[0][x];
-              inner_x += line * powers.slope[0][x];
+              inner_x += line * of_powers.of[0][x];
               inner_y += line_y * powers.of[0][x];
             }
             const Lanes A = powers.of[2][a], B = powers.of[3][b], C = powers.of[4][c], D = powers.of[5][d];
@@ -167,10 +176,10 @@ void RatioAndSlopes(const Pixels& pixels, const Scaling& scaling, const float* c
             sum += AB * CD * inner;
             slope[0] += AB * CD * inner_x;
             slope[1] += AB * CD * inner_y;
-            slope[2] += powers.slope[2][a] * B * CD * inner;
-            slope[3] += A * powers.slope[3][b] * CD * inner;
-            slope[4] += AB * powers.slope[4][c] * D * inner;
-            slope[5] += AB * C * powers.slope[5][d] * inner;
+            slope[2] += of_powers.of[2][a] * B * CD * inner;
+            slope[3] += A * of_powers.of[3][b] * CD * inner;
+            slope[4] += AB * of_powers.of[4][c] * D * inner;
+            slope[5] += AB * C * of_powers.of[5][d] * inner;
           }
         }
       }

@@ -199,8 +199,12 @@ void PlaneGraph::Compute(const Operation& operation) {
       break;
     }
     case Kind::kStencil: {
-      const PlaneF& to = values_[Operand(operation, 1)];
-      std::copy(to.values().begin(), to.values().end(), out.values().begin());
+      PlaneF& to = values_[Operand(operation, 1)];
+      if (keep_) {
+        std::copy(to.values().begin(), to.values().end(), out.values().begin());
+      } else {
+        std::swap(to, out);
+      }
       stencils_.AddTo(a, *objects_[operation.object].stencil, nullptr, out);
       break;
     }

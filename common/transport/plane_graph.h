@@ -52,7 +52,8 @@ class PlaneGraph {
   Id ToSpectrum(Id a, CosineTransform& transform);
   Id FromSpectrum(Id a, CosineTransform& transform);
   Id Map(Id a, PlaneMap& map, PlaneMap& transposed);
-  Id AddStencil(Id a, Id to, const Stencil& stencil);  // to + stencil * a
+  // to + stencil * a; where the record is not kept, `to` is used up.
+  Id AddStencil(Id a, Id to, const Stencil& stencil);
 
   // Backwards: from `weights` of one plane to the derivatives of their product by `inputs`, in this order.
   void Transpose(Id of, const PlaneF& weights, std::span<const Id> inputs, std::span<PlaneF> derivatives);

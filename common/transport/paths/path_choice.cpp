@@ -19,7 +19,7 @@ constexpr double kLeastMargin_mm = 0.6, kLargestMargin_mm = 4.0;
 constexpr double kClosing = 0.1;
 // Halving light and skin, and cut stencils: of a lit window, whose border is sharp, and of light that goes
 // on.
-constexpr double kGridsOfWindow = 4e-4, kGridsOfUniform = 2e-4, kStrictGrids = 2e-4;
+constexpr double kGridsOfWindow = 4e-4, kGridsOfUniform = 2e-4, kStrictGrids = 2e-4, kLooseGrids = 8e-4;
 constexpr double kRounding = 1e-5;         // of single precision
 constexpr double kTables = 1e-4;           // of totals, between entries of the tables
 constexpr double kShareOfTolerance = 0.5;  // that margin or series may take, each
@@ -109,7 +109,10 @@ void AddPaths(const PathPlan& plan, const PathFrames& frames, double tolerance, 
   choice.rung = most == 1 ? Rung::kHomogeneous : most == 2 ? Rung::kFirstOrder : Rung::kFull;
   double grids = 0.0;
   if (frames.halvings > 0)
-    grids = tolerance < kStrictTolerance ? kStrictGrids : frames.window ? kGridsOfWindow : kGridsOfUniform;
+    grids = tolerance < kStrictTolerance   ? kStrictGrids
+            : tolerance >= kLooseTolerance ? kLooseGrids
+            : frames.window                ? kGridsOfWindow
+                                           : kGridsOfUniform;
   choice.error = std::hypot(std::hypot(choice.error, kRounding), plan.error, grids);
   char text[240];
   std::snprintf(

@@ -14,6 +14,7 @@ namespace dermap {
 
 // Tolerances below this are met on finer grids and by longer stencils.
 inline constexpr double kStrictTolerance = 1e-4;
+inline constexpr double kLooseTolerance = 2e-3;  // from here on shorter stencils do
 
 struct PathFrames {
   // One grid; the patch's corner lies at its pixel (x, y).
