@@ -6,6 +6,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <filesystem>
 #include <fstream>
 #include <random>
@@ -81,6 +83,27 @@ TEST_F(RawFrameFile, AgreesWithOpenImageIO) {
   std::vector<std::uint16_t> values(96 * 64);
   ASSERT_TRUE(input->read_image(0, 0, 0, 1, OIIO::TypeDesc::UINT16, values.data()));
   for (std::size_t i = 0; i < values.size(); ++i) ASSERT_EQ(values[i], frame.values.data()[i]) << i;
+}
+
+// TIFF 6.0, tag 274: how a picture is to be turned when it is shown. The sensor lies as it lies: the same
+// values in the same places, under the same filters.
+TEST_F(RawFrameFile, HeedsNoOrientationTag) {
+  const auto bayer = RandomBayer(96, 64);
+  const auto bytes = EncodeDng(bayer, {});
+  const std::array<std::byte, 8> entry{std::byte{0x12}, std::byte{1}, std::byte{3}, std::byte{0},
+                                       std::byte{1},    std::byte{0}, std::byte{0}, std::byte{0}};
+  const auto found = std::search(bytes.begin(), bytes.end(), entry.begin(), entry.end());
+  ASSERT_NE(found, bytes.end());
+  for (int orientation = 1; orientation <= 8; ++orientation) {
+    auto turned = bytes;
+    turned[static_cast<std::size_t>(found - bytes.begin()) + entry.size()] =
+        static_cast<std::byte>(orientation);
+    const BayerFrame frame = ReadBayerFrame(Write("turned.dng", turned));
+    ASSERT_TRUE(frame.values.SameShape(bayer)) << orientation;
+    EXPECT_TRUE(std::equal(bayer.values().begin(), bayer.values().end(), frame.values.values().begin()))
+        << orientation;
+    EXPECT_EQ(frame.colours, (std::array<char, 4>{'R', 'G', 'G', 'B'})) << orientation;
+  }
 }
 
 // By definition: a file cut anywhere is no frame.
