@@ -1,0 +1,85 @@
+#!/usr/bin/env bash
+# SPDX-License-Identifier: Apache-2.0
+# Sessions whose frames are not what they say, through `dermap calibrate`: exit code 2, one sentence that names frame and
+# finding, a picture of it, and nothing that looks like a result.
+# Usage: calibrate_failures_test.sh DERMAP MAKE_INPUTS ROOT
+set -uo pipefail
+dermap=$(realpath "$1")
+root=$(realpath "$3")
+export DERMAP_CONFIG_DIR=$root/config
+work=$(mktemp -d "${TMPDIR:-/tmp}/dermap_failures.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+# shellcheck source=harness.sh
+. "$root/tests/cli/harness.sh"
+
+# --- a good session of two bands, and frames of others to put in the place of its own
+rig=$root/config/rigs/simulated_8band.toml
+plan() { # plan ISO
+  printf 'black_frames = 1\nspectralon_frames = 1\nskin_frames = 1\n'
+  printf '[[exposure]]\nslot = %s\nexposure_ms = 10\niso = %s\n' 1 "$1" 5 "$1"
+}
+plan 125 >plan.toml
+{ echo 'adapt_exposure = false' && plan 6400; } >bright.toml
+capture() { # capture FOLDER PLAN RIG [SCENE]
+  run capture "$2" --rig "$3" --out "$1" --scene "${4:-$root/config/scenes/gray_50.toml}"
+  [ "$code" -eq 0 ] || { complain "capture of $1: $(cat .stderr)"; finish; }
+}
+sed 's/^gray_card_region = .*/gray_card_region = [0.80, 0.45, 0.14, 0.5]/' "$rig" >lower_card.toml
+printf '[bench]\nmisfired_shots = [4]\n' | cat "$root/config/scenes/gray_50.toml" - >misfire.toml
+capture good plan.toml "$rig"
+capture bright bright.toml "$rig"
+capture lower_card plan.toml lower_card.toml
+capture misfire plan.toml "$rig" misfire.toml
+
+frame() { echo "$1"/frames/*_"$2".dng; } # frame SESSION ROLE_WAVELENGTH
+fresh() { rm -rf bad && cp -r good bad; }
+swap() { # swap A B: two frames of the session `bad`
+  local a b
+  a=$(frame bad "$1") b=$(frame bad "$2")
+  mv "$a" swapped && mv "$b" "$a" && mv swapped "$b"
+}
+
+# shows WORDS: the session `bad` is refused with those words, and a picture is left.
+shows() {
+  refuses 2 out.exr "$1|out.failure.png" -- calibrate bad -o out.exr --no-verify
+  [ "$(head -c 8 out.failure.png 2>/dev/null | od -An -tx1 | tr -d ' ')" = 89504e470d0a1a0a ] || complain "$1: no picture"
+  [ -e out.calibration.json ] && complain "$1: left a record"
+  rm -f out.*
+}
+
+accepts 0 -- calibrate good -o good.exr
+
+# --- swapped
+fresh && swap skin_450nm spectralon_450nm
+refuses 2 out.exr '450nm.dng|SHA-256' -- calibrate bad -o out.exr # what the manifest remembers gives it away at once
+shows 'spectralon_450nm.dng|as a skin frame does'
+fresh && cp "$(frame good spectralon_450nm)" "$(frame bad skin_450nm)"
+shows 'skin_450nm.dng|no window in this skin frame'
+fresh && swap skin_450nm skin_560nm
+shows 'nm.dng|filter was out of order'
+fresh && swap skin_450nm skin_560nm && swap spectralon_450nm spectralon_560nm
+refuses 2 out.exr 'compare the wheel' -- calibrate bad -o out.exr --no-verify
+fresh && cp "$(frame good spectralon_450nm)" "$(echo bad/frames/0001_black*)"
+refuses 2 out.exr '0001_black|black frame is lit' -- calibrate bad -o out.exr --no-verify
+
+# --- missing
+fresh && rm "$(frame bad skin_560nm)"
+refuses 2 out.exr 'skin_560nm.dng' -- calibrate bad -o out.exr
+refuses 2 out.exr 'skin_560nm.dng|no such file' -- calibrate bad -o out.exr --no-verify
+fresh && truncate -s 100000 "$(frame bad skin_560nm)"
+refuses 2 out.exr 'skin_560nm.dng' -- calibrate bad -o out.exr --no-verify
+
+# --- dark: a flash that did not fire; a cap on the lens is a black frame in a lit one's place
+cp -r misfire bad_flash && rm -rf bad && mv bad_flash bad
+shows 'flash did not fire'
+fresh && cp "$(echo good/frames/0001_black*)" "$(frame bad skin_450nm)"
+shows 'skin_450nm.dng|flash did not fire|lens cap'
+
+# --- saturated, moved
+fresh && cp "$(frame bright spectralon_560nm)" "$(frame bad spectralon_560nm)"
+shows 'spectralon_560nm.dng|saturated'
+fresh && cp "$(frame lower_card skin_450nm)" "$(frame bad skin_450nm)"
+shows 'skin_450nm.dng|gray card moved'
+
+finish
