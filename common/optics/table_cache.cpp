@@ -81,7 +81,7 @@ std::optional<BandTables> Parsed(std::string_view bytes, const std::string& reci
     std::memcpy(entries.data(), at, kTableSize * sizeof(GaussianWeights));
     at += kTableSize * sizeof(GaussianWeights);
     std::vector<float> transforms(table == &BandTables::t1_ballistic ? 0 : transform_values);
-    std::memcpy(transforms.data(), at, transforms.size() * sizeof(float));
+    if (!transforms.empty()) std::memcpy(transforms.data(), at, transforms.size() * sizeof(float));
     at += transforms.size() * sizeof(float);
     tables.*table = ProfileTable(std::move(entries), TransformTable(std::move(transforms)));
   }
