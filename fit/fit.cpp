@@ -121,7 +121,7 @@ void FillMisfit(const Outcome& outcome, FitResult& result) {
 
 // The largest tolerance and the smallest that a tenth of the noise is taken for.
 constexpr double kLargestTolerance = 1e-2, kSmallestTolerance = 2e-4;
-constexpr double kDescentTolerance = 1e-5;
+constexpr double kDescentTolerance = 1e-4;
 
 double MedianRelativeNoise(const FitData& data) {
   std::vector<double> noise;
