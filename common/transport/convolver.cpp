@@ -40,7 +40,7 @@ std::unique_ptr<Convolver> MakeConvolver(Engine engine, const Domain& domain, do
     case Engine::kPyramid:
       return std::make_unique<PyramidConvolver>(domain, pixel_size_mm, border);
     case Engine::kLowRank:
-      break;  // has no Gaussians: path_series.h
+      break;  // has no Gaussians: paths/path_light.h
   }
   assert(false);
   return nullptr;

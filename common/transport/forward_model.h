@@ -28,8 +28,8 @@ std::string_view EngineName(Engine engine);  // "cascade", "pyramid", "lowrank"
 // Throws InputError that lists the known names.
 Engine EngineFromName(std::string_view name);
 
-// What a response's profile between two points depends on: the absorption at both (path_layer.h), or at the
-// exit alone [D08 4.1]. The engines made of Gaussians know only the second.
+// What a response's profile between two points depends on: the absorption at both (paths/path_plan.h), or at
+// the exit alone [D08 4.1]. The engines made of Gaussians know only the second.
 enum class Coupling { kReciprocal, kGather };
 
 inline constexpr int kAutomaticTerms = -1;
