@@ -87,12 +87,12 @@ ParameterMaps StepAll(const PatchProblem& problem, const FitState& state, const 
       const std::size_t pixel = static_cast<std::size_t>(y) * data.width() + x;
       if (!data.fitted.data()[pixel]) continue;
       const PixelSystem system = SystemFromDifferences(problem, state, derivatives, pixel, metric);
-      ParameterVector p = ParametersAt(state.maps, pixel);
+      SkinPoint p = problem.PointAt(state.maps, pixel);
       FreeVector position = space.FromParameters(p);
       const FreeVector step = control.Step(system, pixel, position, space);
       for (int j = 0; j < space.count(); ++j) position[j] += step[j];
       space.ToParameters(position, p);
-      SetParametersAt(maps, pixel, p);
+      SetPointAt(maps, pixel, p);
     }
   });
   return maps;
@@ -110,7 +110,7 @@ std::size_t KeepGains(const FitState& before, const FitState& trial, StepControl
       continue;
     }
     control.Shorten(i);
-    SetParametersAt(mixed, i, ParametersAt(before.maps, i));
+    SetPointAt(mixed, i, PointAt(before.maps, i, 0.0));
     ++risen;
   }
   return risen;

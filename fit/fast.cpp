@@ -1,75 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarse to fine Gauss-Newton.
+// Coarse to fine Gauss-Newton in octaves of detail.
 #include "fit/fast.h"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <cstdlib>
 #include <optional>
-#include <random>
 #include <utility>
 
-#include "common/core/parallel.h"
 #include "fit/local_start.h"
 #include "fit/resample.h"
 
 namespace dermap {
 namespace {
 
-constexpr int kMaxStepsPerSize = 24;
-constexpr double kRestFall = 0.02;  // a size is done once a step lowers its misfit by less than this share
-constexpr double kRangePrecision = 1.0;  // of average skin, scaled units: the variance of table 1's range
-constexpr double kFirstDamping = 1e-3;   // share of the mean of a pixel's diagonal
-
-// A step in every pixel: data, range prior, and the coarser solution as a prior where there is one.
-ParameterMaps StepAll(const PatchProblem& problem, const FitState& state, const ParameterMaps* coarser,
-                      double damping) {
-  const FitData& data = problem.data();
-  const ParameterSpace& space = problem.space();
-  ParameterMaps maps = state.maps;
-  ParallelFor(data.height(), [&](int y) {
-    for (int x = 0; x < data.width(); ++x) {
-      const std::size_t pixel = static_cast<std::size_t>(y) * data.width() + x;
-      if (!data.fitted.data()[pixel]) continue;
-      ParameterVector p = ParametersAt(state.maps, pixel);
-      FreeVector position = space.FromParameters(p), center = space.mean();
-      PixelSystem system = LocalSystem(problem, pixel, p, &state.predicted);
-      const double data_trace = system.Trace();
-      if (coarser) center = space.FromParameters(ParametersAt(*coarser, pixel));
-      const double precision = coarser ? 1.0 / (kDetailSigma * kDetailSigma) : kRangePrecision;
-      for (int j = 0; j < space.count(); ++j) system.AddPrior(j, precision, center[j], position[j]);
-      const FreeVector step =
-          BoundedStep(system, damping * data_trace / space.count(), position, space.lower(), space.upper());
-      for (int j = 0; j < space.count(); ++j) position[j] += step[j];
-      space.ToParameters(position, p);
-      SetParametersAt(maps, pixel, p);
-    }
-  });
-  return maps;
-}
-
-// Iterates one size, `forced` steps if there is such a number; true where it came to rest or to the noise.
-bool Refine(PatchProblem& problem, FitState& state, const ParameterMaps* coarser, const FitOptions& options,
-            std::optional<int> forced, RunLog& log, int& step) {
-  double damping = kFirstDamping;
-  for (step = 0; step < forced.value_or(kMaxStepsPerSize); ++step) {
-    if (!forced && state.misfit.Chi2PerDegree(problem.space().count()) <= options.stop_chi2) return true;
-    FitState next = problem.StateOf(StepAll(problem, state, coarser, damping));
-    const double fall = 1.0 - next.misfit.chi2 / state.misfit.chi2;
-    if (fall > 0.0 || forced) {
-      state = std::move(next);
-      damping *= 0.3;
-    } else {
-      damping = std::max(damping, 1e-2) * 10.0;
-    }
-    log.Add(state.misfit, problem.space().count(), problem.renders());
-    if (!forced && std::abs(fall) < kRestFall) {
-      ++step;
-      return true;
-    }
-  }
-  return false;
-}
+constexpr int kMaxSteps = 24;  // a size
 
 std::vector<int> Sizes(int size) {
   std::vector<int> sizes{size};
@@ -78,16 +24,41 @@ std::vector<int> Sizes(int size) {
   return sizes;
 }
 
+// Skins from the patch's lightest to its darkest, by melanin: means of the pixels around the quantiles.
+std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const ParameterMaps& maps) {
+  std::vector<std::pair<float, std::size_t>> by_melanin;
+  for (std::size_t i = 0; i < problem.data().fitted.size(); ++i)
+    if (problem.data().fitted.data()[i]) by_melanin.emplace_back(maps[Parameter::kC_m].data()[i], i);
+  std::sort(by_melanin.begin(), by_melanin.end());
+  std::vector<ParameterVector> skins;
+  for (const double quantile : {0.02, 0.5, 0.98}) {
+    const std::size_t middle = static_cast<std::size_t>(quantile * static_cast<double>(by_melanin.size() - 1));
+    const std::size_t reach = by_melanin.size() / 64;
+    const std::size_t begin = middle - std::min(middle, reach);
+    const std::size_t end = std::min(middle + reach + 1, by_melanin.size());
+    ParameterVector mean{};
+    for (std::size_t k = begin; k < end; ++k)
+      for (int j = 0; j < kParameterCount; ++j)
+        mean[j] += maps.planes[j].data()[by_melanin[k].second] / static_cast<double>(end - begin);
+    skins.push_back(mean);
+  }
+  return skins;
+}
+
 }  // namespace
 
 FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model, const ParameterSpace& space,
-                            const ModelMaker& make_model, const FitOptions& options, RunLog& log,
-                            const std::vector<int>* steps) {
+                            const ModelMaker& make_model, const FitOptions& options, RunLog& log) {
   const std::vector<int> sizes = Sizes(std::max(data.width(), data.height()));
+  const int octaves = static_cast<int>(OctaveShapes(data.width(), data.height()).size());
   FastOutcome outcome;
+  outcome.prior = FirstPrior(octaves);
+  outcome.scatter.assign(octaves, 1.0);
   std::optional<ParameterMaps> coarser;
+  const bool talk = std::getenv("TALK");
   for (std::size_t level = 0; level < sizes.size(); ++level) {
     const bool finest = level + 1 == sizes.size();
+    const int first = static_cast<int>(sizes.size() - 1 - level);  // octave of this size's pixels
     FitData reduced;
     std::optional<ForwardModel> coarse_model;
     if (!finest) {
@@ -96,49 +67,57 @@ FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model, cons
       coarse_model.emplace(make_model(reduced.conditions));
     }
     PatchProblem problem(finest ? data : reduced, finest ? model : *coarse_model, space);
-    if (coarser) coarser = ResizeLinear(*coarser, problem.data().width(), problem.data().height());
-    ParameterMaps start = coarser ? *coarser : InvertLocally(problem, options.fixed_values);
-    outcome.state = problem.StateOf(std::move(start));
-    log.Add(outcome.state.misfit, space.count(), problem.renders());
-    const std::optional<int> forced = steps ? std::optional<int>((*steps)[level]) : std::nullopt;
-    outcome.steps.push_back(0);
-    outcome.converged = Refine(problem, outcome.state, coarser ? &*coarser : nullptr, options, forced, log,
-                               outcome.steps.back());
-    coarser = outcome.state.maps;
+    ParameterMaps start = coarser ? ResizeLinear(*coarser, problem.data().width(), problem.data().height())
+                                  : InvertLocally(problem, options.fixed_values);
+    if (!coarser) {
+      outcome.blur = MeasureBlur(model, SkinsOf(problem, start), octaves - 1);
+      if (talk) printf("%.2fs after shares\n", log.Seconds());
+    }
+    FitState& state = outcome.state;
+    state = problem.StateOf(std::move(start));
+    log.Add(state.misfit, space.count(), problem.renders());
+    OctaveModel octave_model(problem, std::span<const std::vector<BlurCurve>>(outcome.blur).subspan(first), options.fixed_values);
+    const std::span<FreeVector> prior = std::span(outcome.prior).subspan(first);
+    outcome.converged = false;
+    if (coarser) for (int j = 0; j < space.count(); ++j) prior[0][j] = 0.5 * prior[1][j];
+    const std::span<double> scatter = std::span(outcome.scatter).subspan(first);
+    const char* pp = std::getenv("PASS"); const int passes = pp ? atoi(pp) : sizes[level] <= 64 ? 4 : finest ? 1 : 2;
+    const char* e = std::getenv(finest ? "REST" : "RESTC");
+    const double rest = e ? atof(e) : finest ? 0.1 : 0.3;
+    for (int step = 0; step < kMaxSteps && !outcome.converged; ++step) {
+      octave_model.Linearise(state);
+      const double t0 = log.Seconds();
+      OctaveStep solution;
+      for (int pass = 0; pass < passes; ++pass) {
+        solution = octave_model.Solve(prior, scatter);
+        std::copy(solution.next_prior.begin(), solution.next_prior.end(), prior.begin());
+        std::copy(solution.next_scatter.begin(), solution.next_scatter.end(), scatter.begin());
+      }
+      const double t1 = log.Seconds();
+      const double before = state.misfit.chi2 + solution.prior_misfit;
+      FitState next = problem.StateOf(octave_model.Apply(state.maps, solution));
+      for (int half = 0; half < 4 && next.misfit.chi2 > 1.05 * state.misfit.chi2 && next.misfit.Chi2PerDatum() > 1.5; ++half) {
+        if (talk) printf("halved from %g to %g\n", state.misfit.Chi2PerDatum(), next.misfit.Chi2PerDatum());
+        for (PlaneF& change : solution.change) for (float& v : change.values()) v *= 0.5f;
+        next = problem.StateOf(octave_model.Apply(state.maps, solution));
+      }
+      state = std::move(next);
+      if (talk) printf("size %d step %d: chi2/datum %.4f objective before %.1f move %.3f adapted %.3f solve %.3f all %.3f\n", sizes[level], step, state.misfit.Chi2PerDatum(), before, solution.move, solution.adapted_parameters / state.misfit.pixel_count, t1 - t0, log.Seconds()-t0);
+      log.Add(state.misfit, space.count(), problem.renders());
+      outcome.converged = solution.move < rest;
+    }
+    if (talk) for (std::size_t l = 0; l < prior.size(); ++l) { printf(" prior %zu:", l); for (int j = 0; j < space.count(); ++j) printf(" %.5f", std::sqrt(prior[l][j])); printf("\n"); }
+    if (finest) {
+      octave_model.Linearise(state);
+      OctaveStep solution = octave_model.Solve(prior, scatter);
+      outcome.variance = std::move(solution.variance);
+      outcome.adapted_parameters = solution.adapted_parameters;
+    }
+    coarser = state.maps;
     log.renders_before += problem.renders();
     log.Progress((level + 1.0) / static_cast<double>(sizes.size()));
   }
   return outcome;
-}
-
-double AdaptedParameters(const FitData& data, const ForwardModel& model, const ParameterSpace& space,
-                         const ModelMaker& make_model, const FitOptions& options, const FastOutcome& outcome,
-                         RunLog& log) {
-  constexpr double kProbe_sigma = 0.5;
-  std::mt19937_64 random(options.seed);
-  FitData probed = data;
-  std::vector<std::vector<signed char>> signs(data.bands.size());
-  for (int b = 0; b < data.band_count(); ++b) {
-    for (std::size_t i = 0; i < data.fitted.size(); ++i) {
-      signs[b].push_back(random() >> 63 ? 1 : -1);
-      probed.measured[b].data()[i] +=
-          static_cast<float>(kProbe_sigma * signs[b][i] * data.sigma[b].data()[i]);
-    }
-  }
-  RunLog probe_log;
-  const FastOutcome probe =
-      FitCoarseToFine(probed, model, space, make_model, options, probe_log, &outcome.steps);
-  log.renders_before += probe_log.renders_before;
-  double sum = 0.0;
-  for (int b = 0; b < data.band_count(); ++b) {
-    for (std::size_t i = 0; i < data.fitted.size(); ++i) {
-      if (!data.fitted.data()[i] || !data.Has(b, i)) continue;
-      const double change =
-          static_cast<double>(probe.state.predicted[b].data()[i]) - outcome.state.predicted[b].data()[i];
-      sum += signs[b][i] * change / (kProbe_sigma * data.sigma[b].data()[i]);
-    }
-  }
-  return sum;
 }
 
 }  // namespace dermap

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <utility>
@@ -29,6 +30,7 @@ struct Outcome {
   FitState state;
   bool converged = false;
   std::optional<double> adapted_parameters;  // where it was measured
+  std::vector<PlaneF> variance;
 };
 
 template <class... Args>
@@ -80,22 +82,16 @@ Outcome RunDescent(PatchProblem& problem, const FitOptions& options, RunLog& log
       "Degrees of freedom: data less %.1f parameters a fitted pixel, the share of %d that simulated fits "
       "adapted to.",
       descent.state.misfit.adapted_share * problem.space().count(), problem.space().count()));
-  return {std::move(descent.state), descent.converged, std::nullopt};
+  return {std::move(descent.state), descent.converged, std::nullopt, {}};
 }
 
 Outcome RunFast(const PatchProblem& problem, const ModelMaker& make_model, const FitOptions& options,
                 RunLog& log) {
   FastOutcome fast =
       FitCoarseToFine(problem.data(), problem.model(), problem.space(), make_model, options, log);
-  Outcome outcome{{}, fast.converged, std::nullopt};
-  if (options.noise_probe) {
-    outcome.adapted_parameters =
-        AdaptedParameters(problem.data(), problem.model(), problem.space(), make_model, options, fast, log);
-    log.Decide(Format(
-        "Degrees of freedom: a second fit to data with noise added followed that noise like a model of "
-        "%.2f parameters a pixel.",
-        *outcome.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
-  }
+  Outcome outcome{{}, fast.converged, std::nullopt, {}};
+  outcome.adapted_parameters = fast.adapted_parameters;
+  outcome.variance = std::move(fast.variance);
   outcome.state = std::move(fast.state);
   return outcome;
 }
@@ -158,6 +154,11 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.conditions = data.conditions;
   result.free_parameters = problem.space().free();
   result.sigma = StandardDeviations(problem, outcome.state);
+  for (std::size_t j = 0; j < outcome.variance.size(); ++j) {
+    PlaneF& sigma = result.sigma.planes[static_cast<int>(problem.space().parameter(j))];
+    for (std::size_t i = 0; i < sigma.size(); ++i)
+      sigma.data()[i] = std::sqrt(outcome.variance[j].data()[i]) * problem.space().scale(j);
+  }
   result.flags = FlagsOf(problem, outcome.state);
   result.measured = data.measured;
   result.noise = data.sigma;

@@ -19,7 +19,7 @@ struct LocalFit {
 };
 
 // Data and prior at p.
-LocalFit FitAt(const PatchProblem& problem, std::size_t pixel, const ParameterVector& p) {
+LocalFit FitAt(const PatchProblem& problem, std::size_t pixel, const SkinPoint& p) {
   const ParameterSpace& space = problem.space();
   LocalFit fit;
   fit.system = LocalSystem(problem, pixel, p, nullptr, &fit.objective);
@@ -34,7 +34,7 @@ LocalFit FitAt(const PatchProblem& problem, std::size_t pixel, const ParameterVe
 
 }  // namespace
 
-int InvertPixel(const PatchProblem& problem, std::size_t pixel, ParameterVector& p) {
+int InvertPixel(const PatchProblem& problem, std::size_t pixel, SkinPoint& p) {
   const ParameterSpace& space = problem.space();
   LocalFit fit = FitAt(problem, pixel, p);
   double damping = 1e-3;  // share of the mean of the diagonal
@@ -42,7 +42,7 @@ int InvertPixel(const PatchProblem& problem, std::size_t pixel, ParameterVector&
     const FreeVector position = space.FromParameters(p);
     const FreeVector step = BoundedStep(fit.system, damping * fit.system.Trace() / space.count(), position,
                                         space.lower(), space.upper());
-    ParameterVector trial = p;
+    SkinPoint trial = p;
     FreeVector target{};
     for (int j = 0; j < space.count(); ++j) target[j] = position[j] + step[j];
     space.ToParameters(target, trial);
@@ -63,14 +63,15 @@ int InvertPixel(const PatchProblem& problem, std::size_t pixel, ParameterVector&
 
 ParameterMaps InvertLocally(const PatchProblem& problem, const ParameterVector& fixed) {
   const FitData& data = problem.data();
-  ParameterMaps maps(data.width(), data.height(), fixed);
+  const SkinPoint start = PointOf(fixed, problem.model().tissue().junction_absorbance);
+  ParameterMaps maps = problem.UniformMaps(start);
   ParallelFor(data.height(), [&](int y) {
-    ParameterVector p = fixed;
+    SkinPoint p = start;
     for (int x = 0; x < data.width(); ++x) {
       const std::size_t pixel = static_cast<std::size_t>(y) * data.width() + x;
       if (!data.fitted.data()[pixel]) continue;
       InvertPixel(problem, pixel, p);
-      SetParametersAt(maps, pixel, p);
+      SetPointAt(maps, pixel, p);
     }
   });
   MaskedFill(data.fitted).Apply(maps);

@@ -17,6 +17,6 @@ ParameterMaps InvertLocally(const PatchProblem& problem, const ParameterVector& 
 ParameterMaps InvertAverages(const PatchProblem& problem, const ParameterVector& fixed, int size);
 
 // The same for one pixel, from `start`; returns the iterations it took.
-int InvertPixel(const PatchProblem& problem, std::size_t pixel, ParameterVector& p);
+int InvertPixel(const PatchProblem& problem, std::size_t pixel, SkinPoint& p);
 
 }  // namespace dermap

@@ -31,12 +31,15 @@ MaskedFill::MaskedFill(const Plane<std::uint8_t>& known) {
 }
 
 void MaskedFill::Apply(ParameterMaps& maps) const {
-  for (PlaneF& plane : maps.planes) {
-    for (const Target& target : targets_) {
-      double sum = 0.0;
-      for (int s = target.begin; s < target.end; ++s) sum += plane.data()[sources_[s]];
-      plane.data()[target.pixel] = static_cast<float>(sum / (target.end - target.begin));
-    }
+  for (PlaneF& plane : maps.planes) Fill(plane);
+  for (PlaneF& plane : maps.junction_absorbance) Fill(plane);
+}
+
+void MaskedFill::Fill(PlaneF& plane) const {
+  for (const Target& target : targets_) {
+    double sum = 0.0;
+    for (int s = target.begin; s < target.end; ++s) sum += plane.data()[sources_[s]];
+    plane.data()[target.pixel] = static_cast<float>(sum / (target.end - target.begin));
   }
 }
 

@@ -22,6 +22,8 @@ class MaskedFill {
   void Apply(ParameterMaps& maps) const;
 
  private:
+  void Fill(PlaneF& plane) const;
+
   struct Target {
     std::size_t pixel;
     int begin, end;  // in sources_

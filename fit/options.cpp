@@ -62,11 +62,12 @@ std::string_view NameOf(StartPoint start) {
 std::vector<Parameter> FreeParametersFromText(std::string_view text) {
   std::vector<Parameter> free;
   if (text == "auto") return free;
-  const std::string known = "C_m, beta_m, C_he, C_bc, C_hd (or auto)";
+  const std::string known = "C_m, beta_m, C_he, C_bc, C_hd, junction_absorbance (or auto)";
   for (std::size_t begin = 0; begin <= text.size();) {
     const std::size_t end = std::min(text.find(',', begin), text.size());
     const std::string_view name = text.substr(begin, end - begin);
-    const auto parameter = ParameterFromName(name);
+    auto parameter = ParameterFromName(name);
+    if (name == kJunctionInfo.name) parameter = Parameter::kJunctionAbsorbance;
     if (!parameter)
       throw InputError("Unknown free parameter '" + std::string(name) + "' in '" + std::string(text) +
                        "'; known: " + known + ".");

@@ -14,6 +14,14 @@ PatchProblem::PatchProblem(const FitData& data, const ForwardModel& model, Param
   assert(model.band_count() == data.band_count());
 }
 
+ParameterMaps PatchProblem::UniformMaps(const SkinPoint& point) const {
+  ParameterMaps maps(data_.width(), data_.height(), TableOne(point));
+  if (space_.HasJunction())
+    maps.junction_absorbance = {
+        PlaneF(data_.width(), data_.height(), static_cast<float>(point[kParameterCount]))};
+  return maps;
+}
+
 FitState PatchProblem::StateOf(ParameterMaps maps) {
   FitState state;
   fill_.Apply(maps);
@@ -31,9 +39,9 @@ DerivativePlanes PatchProblem::ForwardDifferences(const FitState& state, double 
   std::vector<PlaneF> inverse_step(count, PlaneF(data_.width(), data_.height()));
   std::vector<std::pair<int, int>> tasks;
   for (int j = 0; j < count; ++j) {
-    const ParameterInfo& info = kParameters[static_cast<int>(space_.parameter(j))];
+    const ParameterInfo& info = InfoOf(space_.parameter(j));
     const float h = static_cast<float>(step * space_.scale(j));
-    PlaneF& plane = raised[j][space_.parameter(j)];
+    PlaneF& plane = raised[j].Unknown(space_.parameter(j));
     for (std::size_t i = 0; i < plane.size(); ++i) {
       const float before = plane.data()[i];
       const float after = before + h > static_cast<float>(info.upper) ? before - h : before + h;
@@ -56,19 +64,33 @@ DerivativePlanes PatchProblem::ForwardDifferences(const FitState& state, double 
   return derivatives;
 }
 
-PixelSystem LocalSystem(const PatchProblem& problem, std::size_t pixel, const ParameterVector& p,
+SkinPoint SensitivityOf(const ForwardModel& model, int band, const SkinPoint& point) {
+  const ParameterVector p = TableOne(point);
+  const BandOptics& optics = model.optics()[band];
+  const Absorbers& absorbers = optics.nodes[optics.center].absorbers;
+  const LogSensitivity local = model.LocalSensitivity(band, p, point[kParameterCount]);
+  const ParameterVector epidermis = absorbers.MuAEpidermisGradient(p);
+  const ParameterVector dermis = absorbers.MuADermisGradient(p);
+  SkinPoint sensitivity;
+  for (int k = 0; k < kParameterCount; ++k)
+    sensitivity[k] = local.mu_a_epidermis * epidermis[k] + local.mu_a_dermis * dermis[k];
+  sensitivity[kParameterCount] = local.junction_absorbance;
+  return sensitivity;
+}
+
+PixelSystem LocalSystem(const PatchProblem& problem, std::size_t pixel, const SkinPoint& p,
                         const std::vector<PlaneF>* predicted, double* chi2) {
   const FitData& data = problem.data();
   const ParameterSpace& space = problem.space();
-  const double junction = problem.model().tissue().junction_absorbance;
   PixelSystem system;
   system.count = space.count();
   if (chi2) *chi2 = 0.0;
   for (int b = 0; b < data.band_count(); ++b) {
     if (!data.Has(b, pixel)) continue;
-    const ParameterVector sensitivity = problem.model().LocalSensitivity(b, p, junction);
-    const double rendered =
-        predicted ? (*predicted)[b].data()[pixel] : problem.model().LocalReflectance(b, p, junction);
+    const SkinPoint sensitivity = SensitivityOf(problem.model(), b, p);
+    const double rendered = predicted
+                                ? (*predicted)[b].data()[pixel]
+                                : problem.model().LocalReflectance(b, TableOne(p), p[kParameterCount]);
     const LogResidual datum =
         LogResidualOf(data.measured[b].data()[pixel], data.sigma[b].data()[pixel], rendered);
     FreeVector row{};

@@ -32,6 +32,12 @@ class PatchProblem {
   const ForwardModel& model() const { return model_; }
   const ParameterSpace& space() const { return space_; }
 
+  SkinPoint PointAt(const ParameterMaps& maps, std::size_t pixel) const {
+    return dermap::PointAt(maps, pixel, model_.tissue().junction_absorbance);
+  }
+  // Maps of one point everywhere, with a plane for the junction where it is free.
+  ParameterMaps UniformMaps(const SkinPoint& point) const;
+
   // Fills masked pixels, renders the full patch and compares.
   FitState StateOf(ParameterMaps maps);
 
@@ -51,10 +57,13 @@ class PatchProblem {
   int renders_ = 0;
 };
 
+// Derivatives of the logarithm of uniform skin's reflectance by its parameters.
+SkinPoint SensitivityOf(const ForwardModel& model, int band, const SkinPoint& point);
+
 // Normal equations of one pixel with the Jacobian of uniform skin, in logarithms. Seen so it needs no render
 // of its own: d ln R / d p of the patch is close to that of uniform skin, whatever light the pixel gets.
 // Where `predicted` is null the residual is against uniform skin too.
-PixelSystem LocalSystem(const PatchProblem& problem, std::size_t pixel, const ParameterVector& p,
+PixelSystem LocalSystem(const PatchProblem& problem, std::size_t pixel, const SkinPoint& p,
                         const std::vector<PlaneF>* predicted, double* chi2 = nullptr);
 
 }  // namespace dermap

@@ -9,11 +9,11 @@ namespace dermap {
 namespace {
 
 using SmallMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kParameterCount, kParameterCount>;
-using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kParameterCount, 1>;
+    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknownCount, kUnknownCount>;
+using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kUnknownCount, 1>;
 
 // Solves for the parameters in `open` (indices), the others having moved by `step`.
-void SolveOpen(const PixelSystem& system, double damping, const std::array<int, kParameterCount>& open,
+void SolveOpen(const PixelSystem& system, double damping, const std::array<int, kUnknownCount>& open,
                int open_count, FreeVector& step) {
   SmallMatrix matrix(open_count, open_count);
   SmallVector rhs(open_count);
@@ -54,7 +54,7 @@ double PixelSystem::Trace() const noexcept {
 FreeVector BoundedStep(const PixelSystem& system, double damping, const FreeVector& position,
                        const FreeVector& lower, const FreeVector& upper) {
   FreeVector step{};
-  std::array<int, kParameterCount> open{};
+  std::array<int, kUnknownCount> open{};
   int open_count = system.count;
   for (int i = 0; i < open_count; ++i) open[i] = i;
   while (open_count > 0) {

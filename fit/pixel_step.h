@@ -11,7 +11,7 @@ namespace dermap {
 // Least squares of one pixel in scaled parameters: minimise |J step - r|^2, both divided by the noise.
 struct PixelSystem {
   int count = 0;
-  std::array<FreeVector, kParameterCount> normal{};  // J^T J
+  std::array<FreeVector, kUnknownCount> normal{};  // J^T J
   FreeVector rhs{};                                  // J^T r
 
   // One equation: derivatives by the free parameters and the residual (measured - predicted), in units of the

@@ -120,6 +120,11 @@ void AddReductionError(FitData& data) {
   }
 }
 
+double MeanNoiseInflation(const FitData& data, double side) {
+  return AverageNoise(data.noise_correlation_x, side).inflation *
+         AverageNoise(data.noise_correlation_y, side).inflation;
+}
+
 PlaneF ResizeLinear(const PlaneF& plane, int width, int height) {
   PlaneF out(width, height);
   const double step_x = static_cast<double>(plane.width()) / width;

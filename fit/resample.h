@@ -16,6 +16,9 @@ namespace dermap {
 // taken as independent.
 FitData ReduceData(const FitData& data, int size, int free_count);
 
+// Variance of the mean of side x side pixels over what it were if their noise were independent.
+double MeanNoiseInflation(const FitData& data, double side);
+
 // Averaging over areas does not commute with the model: a reduced patch is off by about this share of its
 // reflectance (measured on simulated light and medium skin reduced from 256^2 to 64^2), which sigma must hold
 // beside the noise.

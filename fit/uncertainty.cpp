@@ -36,9 +36,9 @@ ReflectanceRange RangeOfModel(const ForwardModel& model, int band) {
   return range;
 }
 
-bool AtBound(const PatchProblem& problem, const ParameterVector& p) {
+bool AtBound(const PatchProblem& problem, const SkinPoint& p) {
   for (Parameter parameter : problem.space().free()) {
-    const ParameterInfo& info = kParameters[static_cast<int>(parameter)];
+    const ParameterInfo& info = InfoOf(parameter);
     const double near = kBoundShare * (info.upper - info.lower), value = p[static_cast<int>(parameter)];
     if (value < info.lower + near || value > info.upper - near) return true;
   }
@@ -56,7 +56,7 @@ bool OutsideValidity(const FitData& data, const std::vector<ReflectanceRange>& r
 }
 
 bool NotIdentifiable(const PatchProblem& problem, const FitState& state, std::size_t pixel,
-                     const ParameterVector& p) {
+                     const SkinPoint& p) {
   const FreeVector variance = InverseDiagonal(LocalSystem(problem, pixel, p, &state.predicted), kNothing);
   const double half_range = 0.5 * std::sqrt(12.0);  // scaled units
   for (int j = 0; j < problem.space().count(); ++j)
@@ -76,7 +76,7 @@ ParameterMaps StandardDeviations(const PatchProblem& problem, const FitState& st
       FreeVector variance;
       variance.fill(1.0);  // a masked pixel: only the range is known
       if (data.fitted.data()[pixel]) {
-        const ParameterVector p = ParametersAt(state.maps, pixel);
+        const SkinPoint p = problem.PointAt(state.maps, pixel);
         variance = InverseDiagonal(LocalSystem(problem, pixel, p, &state.predicted), kRangePrecision);
       }
       for (int j = 0; j < space.count(); ++j)
@@ -96,7 +96,7 @@ Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state)
       const std::size_t pixel = static_cast<std::size_t>(y) * data.width() + x;
       if (!data.fitted.data()[pixel]) continue;
       std::uint32_t& flag = flags.data()[pixel];
-      const ParameterVector p = ParametersAt(state.maps, pixel);
+      const SkinPoint p = problem.PointAt(state.maps, pixel);
       int count = 0;
       for (int b = 0; b < data.band_count(); ++b) count += data.Has(b, pixel);
       if (AtBound(problem, p)) flag |= kFlagAtBound;

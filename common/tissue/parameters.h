@@ -12,8 +12,8 @@
 
 namespace dermap {
 
-enum class Parameter { kC_m = 0, kBeta_m, kC_he, kC_bc, kC_hd };
-inline constexpr int kParameterCount = 5;
+enum class Parameter { kC_m = 0, kBeta_m, kC_he, kC_bc, kC_hd, kJunctionAbsorbance };
+inline constexpr int kParameterCount = 5;  // of [D08 table 1]; the junction's absorbance is not in it
 
 struct ParameterInfo {
   std::string_view name;         // channel name in maps.exr
@@ -31,6 +31,16 @@ inline constexpr std::array<ParameterInfo, kParameterCount> kParameters{{
     {"C_bc", "carotene", "g/L", 0.0, 0.05, 0.01},
     {"C_hd", "blood in the dermis", "volume fraction at 150 g/L", 0.0, 0.1, 0.03},
 }};
+
+// What a fit may free: table 1, and the junction's absorbance (P of [D08 eq. 8], gray).
+inline constexpr int kUnknownCount = kParameterCount + 1;
+// Up to 3: a twentieth of the light crosses once, and of what lies below nothing is seen. The mean is the
+// base value of [D08 5.3].
+inline constexpr ParameterInfo kJunctionInfo{
+    "junction_absorbance", "absorbance at the junction", "absorbance (base e)", 0.0, 3.0, 0.0175};
+constexpr const ParameterInfo& InfoOf(Parameter p) {
+  return p == Parameter::kJunctionAbsorbance ? kJunctionInfo : kParameters[static_cast<int>(p)];
+}
 
 // nullopt for a name that is not in table 1.
 std::optional<Parameter> ParameterFromName(std::string_view name);
@@ -50,6 +60,13 @@ struct ParameterMaps {
   int height() const { return planes[0].height(); }
   PlaneF& operator[](Parameter p) { return planes[static_cast<int>(p)]; }
   const PlaneF& operator[](Parameter p) const { return planes[static_cast<int>(p)]; }
+  // Any unknown's plane: the junction's is the gray one, which must be there.
+  PlaneF& Unknown(Parameter p) {
+    return p == Parameter::kJunctionAbsorbance ? junction_absorbance[0] : planes[static_cast<int>(p)];
+  }
+  const PlaneF& Unknown(Parameter p) const {
+    return p == Parameter::kJunctionAbsorbance ? junction_absorbance[0] : planes[static_cast<int>(p)];
+  }
 };
 
 }  // namespace dermap

@@ -261,19 +261,14 @@ double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double
   return reflectance;
 }
 
-ParameterVector ForwardModel::LocalSensitivity(int band, const ParameterVector& p,
-                                               double junction_absorbance) const {
+LogSensitivity ForwardModel::LocalSensitivity(int band, const ParameterVector& p,
+                                              double junction_absorbance) const {
   assert(band >= 0 && band < band_count());
   const BandOptics::Node& node = impl_->optics[band].nodes[impl_->optics[band].center];
   const auto total = node.tables.TotalReflectanceDerivatives(
       node.absorbers.MuAEpidermis(p), node.absorbers.MuADermis(p), junction_absorbance);
-  const ParameterVector epidermis = node.absorbers.MuAEpidermisGradient(p);
-  const ParameterVector dermis = node.absorbers.MuADermisGradient(p);
-  ParameterVector sensitivity;
-  for (int k = 0; k < kParameterCount; ++k)
-    sensitivity[k] =
-        (total.d_mu_a_epidermis * epidermis[k] + total.d_mu_a_dermis * dermis[k]) / total.reflectance;
-  return sensitivity;
+  return {total.d_mu_a_epidermis / total.reflectance, total.d_mu_a_dermis / total.reflectance,
+          total.d_junction_absorbance / total.reflectance};
 }
 
 double ExitAngleFactor(Geometry geometry, double n_outside, double n_skin) {

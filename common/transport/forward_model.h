@@ -90,6 +90,12 @@ struct BandOptics {
   int terms = 0;  // how many terms of [D08 eq. 7] after Phi * R1+ a render sums
 };
 
+// Derivatives of the logarithm of uniform skin's reflectance.
+struct LogSensitivity {
+  double mu_a_epidermis, mu_a_dermis;  // by absorption, mm
+  double junction_absorbance;
+};
+
 class ForwardModel {
  public:
   // Throws InputError where bands, conditions or options make no sense.
@@ -139,8 +145,8 @@ class ForwardModel {
                           ParameterVector& gradient) const;
 
   // Derivatives of the logarithm of that reflectance at the band's centre alone, several times cheaper: a
-  // filter's width changes reflectance by some percent, but hardly how it answers to the parameters.
-  ParameterVector LocalSensitivity(int band, const ParameterVector& p, double junction_absorbance) const;
+  // filter's width changes reflectance by some percent, but hardly how it answers to absorption.
+  LogSensitivity LocalSensitivity(int band, const ParameterVector& p, double junction_absorbance) const;
 
  private:
   struct Impl;
