@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
 #include <random>
 
 #include "fit/octaves.h"
@@ -17,25 +16,10 @@ constexpr double kTolerance = 1e-4;    // of the renders
 constexpr float kRoughness = 0.2f;     // of the field's skin: where nothing varies the engine takes closed forms
 constexpr float kCoarsestPixel_mm = 2.0f;  // detail this coarse is seen as in uniform skin
 
-// Weights 1, 2, 1 along both axes, the border repeated.
-PlaneF Smoothed(const PlaneF& plane) {
-  const auto at = [&](int x, int y) {
-    return plane(std::clamp(x, 0, plane.width() - 1), std::clamp(y, 0, plane.height() - 1));
-  };
-  const auto line = [&](int x, int y) { return at(x - 1, y) + 2.0f * at(x, y) + at(x + 1, y); };
-  PlaneF smooth(plane.width(), plane.height());
-  for (int y = 0; y < plane.height(); ++y)
-    for (int x = 0; x < plane.width(); ++x)
-      smooth(x, y) = (line(x, y - 1) + 2.0f * line(x, y) + line(x, y + 1)) / 16.0f;
-  return smooth;
-}
-
-// Random, and redder than white: what maps hold of an octave lies near its coarser end.
 PlaneF RandomDetail(std::uint64_t seed) {
   PlaneF field(kFieldSize, kFieldSize);
   std::mt19937_64 random(seed);
   for (float& value : field.values()) value = random() >> 63 ? 1.0f : -1.0f;
-  for (int pass = 0; pass < (getenv("RED") ? atoi(getenv("RED")) : 1); ++pass) field = Smoothed(field);
   return DetailOf(field);
 }
 

@@ -1,21 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
-// Coarse to fine Gauss-Newton in octaves of detail.
+// Coarse to fine.
 #include "fit/fast.h"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdio>
-#include <cstdlib>
 #include <optional>
 #include <utility>
 
 #include "fit/local_start.h"
+#include "fit/octave_solver.h"
 #include "fit/resample.h"
 
 namespace dermap {
 namespace {
 
 constexpr int kMaxSteps = 24;  // a size
+// A size is done once a step moves the maps by less than this share of their standard deviations.
+constexpr double kRest = 0.15, kCoarseRest = 0.4;
+constexpr int kMostHalvings = 4;
+constexpr double kWorse = 1.05, kAboveNoise = 1.5;  // chi2 of a step that went too far: over before, a datum
 
 std::vector<int> Sizes(int size) {
   std::vector<int> sizes{size};
@@ -24,7 +26,7 @@ std::vector<int> Sizes(int size) {
   return sizes;
 }
 
-// Skins from the patch's lightest to its darkest, by melanin: means of the pixels around the quantiles.
+// Skins from the patch's lightest to its darkest: means of the pixels around three quantiles of melanin.
 std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const ParameterMaps& maps) {
   std::vector<std::pair<float, std::size_t>> by_melanin;
   for (std::size_t i = 0; i < problem.data().fitted.size(); ++i)
@@ -32,7 +34,7 @@ std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const Paramete
   std::sort(by_melanin.begin(), by_melanin.end());
   std::vector<ParameterVector> skins;
   for (const double quantile : {0.02, 0.5, 0.98}) {
-    const std::size_t middle = static_cast<std::size_t>(quantile * static_cast<double>(by_melanin.size() - 1));
+    const auto middle = static_cast<std::size_t>(quantile * static_cast<double>(by_melanin.size() - 1));
     const std::size_t reach = by_melanin.size() / 64;
     const std::size_t begin = middle - std::min(middle, reach);
     const std::size_t end = std::min(middle + reach + 1, by_melanin.size());
@@ -45,77 +47,94 @@ std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const Paramete
   return skins;
 }
 
+// One size of the pyramid.
+class SizeFit {
+ public:
+  SizeFit(PatchProblem& problem, DetailView detail, const SkinPoint& fixed)
+      : problem_(problem), detail_(detail), fixed_(fixed) {}
+
+  // Steps until the maps rest; true where they do.
+  bool Refine(FitState& state, double rest, RunLog& log) {
+    for (int step = 0; step < kMaxSteps; ++step) {
+      const OctaveStep next = Estimate(state);
+      Take(next, state);
+      log.Add(state.misfit, problem_.space().count(), problem_.renders());
+      if (next.move < rest) return true;
+    }
+    return false;
+  }
+
+  // What data and prior ask for at a state, the prior estimated on the way. Estimating takes a few passes
+  // that cost no render; in large sizes, which begin with the estimates of smaller ones, one.
+  OctaveStep Estimate(const FitState& state) {
+    const std::vector<OctaveLevel> levels = LineariseInOctaves(problem_, state);
+    const int passes = state.maps.width() <= 64 ? 4 : state.maps.width() <= 128 ? 2 : 1;
+    OctaveStep step;
+    for (int pass = 0; pass < passes; ++pass) {
+      step = SolveInOctaves(problem_, levels, detail_, fixed_);
+      Update(step.statistics, problem_.space().count(), detail_);
+    }
+    return step;
+  }
+
+ private:
+  void Take(const OctaveStep& step, FitState& state) {
+    const Misfit before = state.misfit;
+    double share = 1.0;
+    FitState next = problem_.StateOf(Apply(problem_, state.maps, step));
+    for (int half = 0; half < kMostHalvings && next.misfit.chi2 > kWorse * before.chi2 &&
+                       next.misfit.Chi2PerDatum() > kAboveNoise;
+         ++half) {
+      share *= 0.5;
+      next = problem_.StateOf(Apply(problem_, state.maps, step, share));
+    }
+    state = std::move(next);
+  }
+
+  PatchProblem& problem_;
+  DetailView detail_;
+  SkinPoint fixed_;
+};
+
 }  // namespace
 
 FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model, const ParameterSpace& space,
                             const ModelMaker& make_model, const FitOptions& options, RunLog& log) {
   const std::vector<int> sizes = Sizes(std::max(data.width(), data.height()));
   const int octaves = static_cast<int>(OctaveShapes(data.width(), data.height()).size());
+  const SkinPoint fixed = PointOf(options.fixed_values, model.tissue().junction_absorbance);
   FastOutcome outcome;
-  outcome.prior = FirstPrior(octaves);
-  outcome.scatter.assign(octaves, 1.0);
   std::optional<ParameterMaps> coarser;
-  const bool talk = std::getenv("TALK");
-  for (std::size_t level = 0; level < sizes.size(); ++level) {
-    const bool finest = level + 1 == sizes.size();
-    const int first = static_cast<int>(sizes.size() - 1 - level);  // octave of this size's pixels
+  for (std::size_t s = 0; s < sizes.size(); ++s) {
+    const bool finest = s + 1 == sizes.size();
     FitData reduced;
     std::optional<ForwardModel> coarse_model;
     if (!finest) {
-      reduced = ReduceData(data, sizes[level], space.count());
+      reduced = ReduceData(data, sizes[s], space.count());
       AddReductionError(reduced);
       coarse_model.emplace(make_model(reduced.conditions));
     }
     PatchProblem problem(finest ? data : reduced, finest ? model : *coarse_model, space);
+    const int first = static_cast<int>(sizes.size() - 1 - s);  // octave of this size's pixels
     ParameterMaps start = coarser ? ResizeLinear(*coarser, problem.data().width(), problem.data().height())
                                   : InvertLocally(problem, options.fixed_values);
-    if (!coarser) {
-      outcome.blur = MeasureBlur(model, SkinsOf(problem, start), octaves - 1);
-      if (talk) printf("%.2fs after shares\n", log.Seconds());
-    }
-    FitState& state = outcome.state;
-    state = problem.StateOf(std::move(start));
-    log.Add(state.misfit, space.count(), problem.renders());
-    OctaveModel octave_model(problem, std::span<const std::vector<BlurCurve>>(outcome.blur).subspan(first), options.fixed_values);
-    const std::span<FreeVector> prior = std::span(outcome.prior).subspan(first);
-    outcome.converged = false;
-    if (coarser) for (int j = 0; j < space.count(); ++j) prior[0][j] = 0.5 * prior[1][j];
-    const std::span<double> scatter = std::span(outcome.scatter).subspan(first);
-    const char* pp = std::getenv("PASS"); const int passes = pp ? atoi(pp) : sizes[level] <= 64 ? 4 : finest ? 1 : 2;
-    const char* e = std::getenv(finest ? "REST" : "RESTC");
-    const double rest = e ? atof(e) : finest ? 0.1 : 0.3;
-    for (int step = 0; step < kMaxSteps && !outcome.converged; ++step) {
-      octave_model.Linearise(state);
-      const double t0 = log.Seconds();
-      OctaveStep solution;
-      for (int pass = 0; pass < passes; ++pass) {
-        solution = octave_model.Solve(prior, scatter);
-        std::copy(solution.next_prior.begin(), solution.next_prior.end(), prior.begin());
-        std::copy(solution.next_scatter.begin(), solution.next_scatter.end(), scatter.begin());
-      }
-      const double t1 = log.Seconds();
-      const double before = state.misfit.chi2 + solution.prior_misfit;
-      FitState next = problem.StateOf(octave_model.Apply(state.maps, solution));
-      for (int half = 0; half < 4 && next.misfit.chi2 > 1.05 * state.misfit.chi2 && next.misfit.Chi2PerDatum() > 1.5; ++half) {
-        if (talk) printf("halved from %g to %g\n", state.misfit.Chi2PerDatum(), next.misfit.Chi2PerDatum());
-        for (PlaneF& change : solution.change) for (float& v : change.values()) v *= 0.5f;
-        next = problem.StateOf(octave_model.Apply(state.maps, solution));
-      }
-      state = std::move(next);
-      if (talk) printf("size %d step %d: chi2/datum %.4f objective before %.1f move %.3f adapted %.3f solve %.3f all %.3f\n", sizes[level], step, state.misfit.Chi2PerDatum(), before, solution.move, solution.adapted_parameters / state.misfit.pixel_count, t1 - t0, log.Seconds()-t0);
-      log.Add(state.misfit, space.count(), problem.renders());
-      outcome.converged = solution.move < rest;
-    }
-    if (talk) for (std::size_t l = 0; l < prior.size(); ++l) { printf(" prior %zu:", l); for (int j = 0; j < space.count(); ++j) printf(" %.5f", std::sqrt(prior[l][j])); printf("\n"); }
+    if (!coarser)
+      outcome.detail = FirstDetailModel(octaves, MeasureBlur(model, SkinsOf(problem, start), octaves - 1));
+    const DetailView detail = ViewFrom(outcome.detail, first);
+    for (int j = 0; coarser && j < space.count(); ++j)
+      detail.prior[0][j] = GuessedVariance(detail.prior, 0, j);
+    outcome.state = problem.StateOf(std::move(start));
+    log.Add(outcome.state.misfit, space.count(), problem.renders());
+    SizeFit fit(problem, detail, fixed);
+    outcome.converged = fit.Refine(outcome.state, finest ? kRest : kCoarseRest, log);
     if (finest) {
-      octave_model.Linearise(state);
-      OctaveStep solution = octave_model.Solve(prior, scatter);
-      outcome.variance = std::move(solution.variance);
-      outcome.adapted_parameters = solution.adapted_parameters;
+      OctaveStep last = fit.Estimate(outcome.state);
+      outcome.variance = std::move(last.variance);
+      outcome.adapted_parameters = last.adapted_parameters;
     }
-    coarser = state.maps;
+    coarser = outcome.state.maps;
     log.renders_before += problem.renders();
-    log.Progress((level + 1.0) / static_cast<double>(sizes.size()));
+    log.Progress((s + 1.0) / static_cast<double>(sizes.size()));
   }
   return outcome;
 }

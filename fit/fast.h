@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
-// The fast fit: coarse to fine, and in each size Gauss-Newton steps a pixel whose Jacobian is that of uniform
-// skin and whose residual is that of the full render.
+// The fast fit: from coarse to fine, in each size steps that data and prior ask for (fit/octave_solver.h),
+// each followed by a full render that says what is left.
 #pragma once
 
 #include <functional>
 #include <vector>
 
-#include "fit/octave_model.h"
+#include "fit/detail_model.h"
 #include "fit/options.h"
 #include "fit/patch_problem.h"
 #include "fit/run_log.h"
@@ -19,11 +19,9 @@ using ModelMaker = std::function<ForwardModel(const ImagingConditions&)>;
 struct FastOutcome {
   FitState state;
   bool converged = false;
-  BlurTable blur;
-  DetailPrior prior;
-  std::vector<double> scatter;
-  std::vector<PlaneF> variance;  // of each free parameter, scaled units
-  double adapted_parameters = 0.0;
+  DetailModel detail;
+  std::vector<PlaneF> variance;     // of each free parameter, scaled units
+  double adapted_parameters = 0.0;  // degrees of freedom of the fitted model
 };
 
 // `data` at the size wanted; the coarser sizes are made from it. A size costs as many renders as it takes

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <utility>
@@ -30,7 +29,7 @@ struct Outcome {
   FitState state;
   bool converged = false;
   std::optional<double> adapted_parameters;  // where it was measured
-  std::vector<PlaneF> variance;
+  std::vector<PlaneF> variance;  // of each free parameter, scaled units; empty: from single pixels
 };
 
 template <class... Args>
@@ -153,12 +152,8 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.bands = data.bands;
   result.conditions = data.conditions;
   result.free_parameters = problem.space().free();
-  result.sigma = StandardDeviations(problem, outcome.state);
-  for (std::size_t j = 0; j < outcome.variance.size(); ++j) {
-    PlaneF& sigma = result.sigma.planes[static_cast<int>(problem.space().parameter(j))];
-    for (std::size_t i = 0; i < sigma.size(); ++i)
-      sigma.data()[i] = std::sqrt(outcome.variance[j].data()[i]) * problem.space().scale(j);
-  }
+  result.sigma = outcome.variance.empty() ? StandardDeviations(problem, outcome.state)
+                                          : SigmaMaps(problem, outcome.variance);
   result.flags = FlagsOf(problem, outcome.state);
   result.measured = data.measured;
   result.noise = data.sigma;

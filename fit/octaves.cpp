@@ -100,6 +100,10 @@ PlaneF Double(const PlaneF& means, GridShape fine) {
   PlaneF coarse = means;
   SolveAlongX(coarse, MeanSolver(coarse.width(), fine.width));
   SolveAlongY(coarse, MeanSolver(coarse.height(), fine.height));
+  return Interpolate(coarse, fine);
+}
+
+PlaneF Interpolate(const PlaneF& coarse, GridShape fine) {
   PlaneF out(fine.width, fine.height);
   std::vector<float> near_row(fine.width), far_row(fine.width);
   for (int y = 0; y < fine.height; ++y) {

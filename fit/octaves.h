@@ -21,10 +21,11 @@ std::vector<GridShape> OctaveShapes(int width, int height);
 PlaneF Halve(const PlaneF& fine);
 // Sums instead of means.
 PlaneF HalveSum(const PlaneF& fine);
-// The plane of that shape, linear between the centres of coarse pixels and constant beyond the outer ones,
-// whose means are `coarse`: Halve(Double(coarse, fine)) = coarse. So detail is what halving loses and nothing
+// Linear between the centres of coarse pixels, constant beyond the outer ones.
+PlaneF Interpolate(const PlaneF& coarse, GridShape fine);
+// The plane of that kind whose means are `coarse`: Halve(Double(coarse, fine)) = coarse. So detail is what halving loses and nothing
 // else.
-PlaneF Double(const PlaneF& coarse, GridShape fine);
+PlaneF Double(const PlaneF& means, GridShape fine);
 // What halving loses: plane - Double(Halve(plane)).
 PlaneF DetailOf(const PlaneF& plane);
 

@@ -69,7 +69,7 @@ bool NotIdentifiable(const PatchProblem& problem, const FitState& state, std::si
 ParameterMaps StandardDeviations(const PatchProblem& problem, const FitState& state) {
   const FitData& data = problem.data();
   const ParameterSpace& space = problem.space();
-  ParameterMaps sigma(data.width(), data.height(), ParameterVector{});
+  ParameterMaps sigma = problem.UniformMaps(SkinPoint{});
   ParallelFor(data.height(), [&](int y) {
     for (int x = 0; x < data.width(); ++x) {
       const std::size_t pixel = static_cast<std::size_t>(y) * data.width() + x;
@@ -80,9 +80,20 @@ ParameterMaps StandardDeviations(const PatchProblem& problem, const FitState& st
         variance = InverseDiagonal(LocalSystem(problem, pixel, p, &state.predicted), kRangePrecision);
       }
       for (int j = 0; j < space.count(); ++j)
-        sigma[space.parameter(j)](x, y) = static_cast<float>(std::sqrt(variance[j]) * space.scale(j));
+        sigma.Unknown(space.parameter(j))(x, y) = static_cast<float>(std::sqrt(variance[j]) * space.scale(j));
     }
   });
+  return sigma;
+}
+
+ParameterMaps SigmaMaps(const PatchProblem& problem, const std::vector<PlaneF>& variance) {
+  const ParameterSpace& space = problem.space();
+  ParameterMaps sigma = problem.UniformMaps(SkinPoint{});
+  for (int j = 0; j < space.count(); ++j) {
+    PlaneF& plane = sigma.Unknown(space.parameter(j));
+    for (std::size_t i = 0; i < plane.size(); ++i)
+      plane.data()[i] = static_cast<float>(std::sqrt(variance[j].data()[i]) * space.scale(j));
+  }
   return sigma;
 }
 

@@ -15,6 +15,9 @@ namespace dermap {
 // detail is known worse than sigma says, the mean of an area several mean free paths wide much better.
 ParameterMaps StandardDeviations(const PatchProblem& problem, const FitState& state);
 
+// The same of a fit that knows its variances (of the free parameters, scaled units).
+ParameterMaps SigmaMaps(const PatchProblem& problem, const std::vector<PlaneF>& variance);
+
 // Sets kFlagAtBound, kFlagNotConverged, kFlagNotIdentifiable (data alone leave more than half of the range)
 // and kFlagOutsideValidity beside the flags that the data brought.
 Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state);

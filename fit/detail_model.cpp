@@ -1,0 +1,64 @@
+// SPDX-License-Identifier: Apache-2.0
+// Estimates of detail and scatter.
+#include "fit/detail_model.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace dermap {
+namespace {
+
+constexpr double kSmallestVariance = 1e-9, kLargestVariance = 1.0;  // scaled units: 1 is that of the range
+// An octave's variance is guessed to fall from that of the next coarser one as that fell from the one before,
+// within limits: natural maps hold less detail the finer it is. The guess counts as if so many pixels, and
+// such a share of all, had been seen: it decides where an octave has a handful of pixels or the data hardly
+// reach.
+constexpr double kSteepestFall = 0.12, kGuessFall = 0.5, kGuessPixels = 2.0, kGuessShare = 0.02;
+// The guess at the scatter counts as if so many data had been seen.
+constexpr double kScatterData = 40.0;
+
+}  // namespace
+
+DetailModel FirstDetailModel(int octaves, BlurTable blur) {
+  FreeVector variance;
+  variance.fill(kFirstDetailSigma * kFirstDetailSigma);
+  DetailModel model{std::vector<FreeVector>(octaves, variance), std::vector<double>(octaves, 1.0),
+                    std::move(blur)};
+  model.prior.back().fill(kLargestVariance);
+  return model;
+}
+
+DetailView ViewFrom(DetailModel& model, int first) {
+  const std::size_t seen = std::min(static_cast<std::size_t>(first), model.blur.size());
+  return {std::span(model.prior).subspan(first), std::span(model.scatter).subspan(first),
+          std::span<const std::vector<BlurCurve>>(model.blur).subspan(seen)};
+}
+
+double GuessedVariance(std::span<const FreeVector> prior, int octave, int j) {
+  const int top = static_cast<int>(prior.size()) - 1;
+  if (octave + 1 >= top) return kFirstDetailSigma * kFirstDetailSigma;
+  if (octave + 2 >= top) return kGuessFall * prior[octave + 1][j];
+  const double fall = prior[octave + 1][j] / prior[octave + 2][j];
+  return prior[octave + 1][j] * std::clamp(fall, kSteepestFall, kGuessFall);
+}
+
+void Update(std::span<const DetailStatistics> statistics, int count, DetailView model) {
+  const int top = static_cast<int>(statistics.size()) - 1;
+  for (int l = top - 1; l >= 0; --l) {
+    const DetailStatistics& octave = statistics[l];
+    const double weight = kGuessPixels + kGuessShare * octave.pixels;
+    for (int j = 0; j < count; ++j)
+      model.prior[l][j] = std::clamp((octave.squares[j] + weight * GuessedVariance(model.prior, l, j)) /
+                                         (std::max(octave.determined[j], 0.0) + weight),
+                                     kSmallestVariance, kLargestVariance);
+  }
+  // An error that neighbours share does not average away: against the noise of means of four pixels it is
+  // four times as large as against that of one.
+  for (int l = 0; l <= top; ++l) {
+    const double guess = l == 0 ? 1.0 : 1.0 + 4.0 * (model.scatter[l - 1] - 1.0);
+    model.scatter[l] = std::max(1.0, (statistics[l].residual_squares + kScatterData * guess) /
+                                         (statistics[l].residual_count + kScatterData));
+  }
+}
+
+}  // namespace dermap

@@ -1,0 +1,252 @@
+// SPDX-License-Identifier: Apache-2.0
+// From the mean to the finest detail.
+#include "fit/octave_solver.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/core/parallel.h"
+#include "fit/small_system.h"
+
+namespace dermap {
+namespace {
+
+std::vector<PlaneF> Zeros(std::size_t count, GridShape shape) {
+  return std::vector<PlaneF>(count, PlaneF(shape.width, shape.height));
+}
+
+void DoubleAll(std::vector<PlaneF>& planes, GridShape shape) {
+  ParallelFor(static_cast<int>(planes.size()), [&](int i) { planes[i] = Double(planes[i], shape); });
+}
+
+void AddAll(const std::vector<PlaneF>& add, std::vector<PlaneF>& sum) {
+  for (std::size_t p = 0; p < sum.size(); ++p)
+    for (std::size_t i = 0; i < sum[p].size(); ++i) sum[p].data()[i] += add[p].data()[i];
+}
+
+// What the octaves so far have changed, brought to the grid of the next.
+struct Sofar {
+  std::vector<PlaneF> change, variance;     // [free parameter]
+  std::vector<PlaneF> answered, unblurred;  // [band], what the change does to the logarithms
+
+  void Double(GridShape shape) {
+    for (std::vector<PlaneF>* planes : {&change, &answered, &unblurred}) DoubleAll(*planes, shape);
+    for (PlaneF& plane : variance) plane = Interpolate(plane, shape);  // never below 0
+  }
+};
+
+// One octave's system in every pixel.
+class LevelSolver {
+ public:
+  LevelSolver(const PatchProblem& problem, const std::vector<OctaveLevel>& levels, int index,
+              const DetailView& model, const SkinPoint& fixed)
+      : problem_(problem),
+        level_(levels[index]),
+        blur_(index + 1 < static_cast<int>(levels.size()) ? BlurOf(model, index) : nullptr),
+        prior_(model.prior[index]),
+        fixed_(fixed),
+        top_(index + 1 == static_cast<int>(levels.size())),
+        share_(top_ ? 1.0 : kDetailShare),
+        noise_(level_.noise_inflation * model.scatter[index]) {}
+
+  DetailStatistics Solve(Sofar& sofar) {
+    const int count = problem_.space().count();
+    change_ = variance_ = Zeros(count, level_.shape);
+    std::vector<FreeVector> determined(level_.shape.height, FreeVector{});  // by row
+    ForEachPixel([&](int y, std::size_t i, std::span<OctaveRow> rows) {
+      switch (count) {
+        case 1: return SolvePixel<1>(i, rows, sofar, determined[y]);
+        case 2: return SolvePixel<2>(i, rows, sofar, determined[y]);
+        case 3: return SolvePixel<3>(i, rows, sofar, determined[y]);
+        case 4: return SolvePixel<4>(i, rows, sofar, determined[y]);
+        case 5: return SolvePixel<5>(i, rows, sofar, determined[y]);
+        default: return SolvePixel<kUnknownCount>(i, rows, sofar, determined[y]);
+      }
+    });
+    if (!top_) ParallelFor(count, [&](int j) { change_[j] = DetailOf(change_[j]); });
+    AddAll(change_, sofar.change);
+    AddAll(variance_, sofar.variance);
+    ForEachPixel([&](int, std::size_t i, std::span<OctaveRow> rows) { Answer(i, rows, sofar); });
+    return Statistics(determined, sofar);
+  }
+
+ private:
+  template <class Body>
+  void ForEachPixel(const Body& body) const {
+    ParallelFor(level_.shape.height, [&](int y) {
+      std::vector<OctaveRow> rows(level_.weight.size());
+      const std::size_t begin = static_cast<std::size_t>(y) * level_.shape.width;
+      for (std::size_t i = begin; i < begin + level_.shape.width; ++i) {
+        FillRows(problem_, level_, blur_, fixed_, i, rows);
+        body(y, i, std::span(rows));
+      }
+    });
+  }
+
+  template <int N>
+  void SolvePixel(std::size_t i, std::span<const OctaveRow> rows, Sofar& sofar, FreeVector& determined) {
+    const ParameterSpace& space = problem_.space();
+    SmallSystem<N> system;
+    for (std::size_t b = 0; b < rows.size(); ++b) {
+      // What coarser changes do here differs from what they do on average: where there is more melanin, a
+      // change of its kind does more.
+      float answer = 0.0f;
+      for (int j = 0; j < N; ++j) answer += rows[b].unblurred[j] * sofar.change[j].data()[i];
+      float& answered = sofar.answered[b].data()[i];
+      answered += rows[b].epidermis_share * (answer - sofar.unblurred[b].data()[i]);
+      system.Add(rows[b].blurred, level_.residual[b].data()[i] - answered,
+                 level_.weight[b].data()[i] / noise_);
+    }
+    FreeVector lower, upper, change, variance;
+    for (int j = 0; j < N; ++j) {
+      const double position = level_.position[j].data()[i] + sofar.change[j].data()[i];
+      lower[j] = std::min(space.lower()[j] - position, 0.0);
+      upper[j] = std::max(space.upper()[j] - position, 0.0);
+      system.AddPrior(j, share_ / prior_[j], -level_.detail[j].data()[i]);
+    }
+    system.Solve(lower, upper, change, variance);
+    for (int j = 0; j < N; ++j) {
+      change_[j].data()[i] = static_cast<float>(change[j]);
+      variance_[j].data()[i] = static_cast<float>(share_ * variance[j]);
+      determined[j] += 1.0 - variance[j] * share_ / prior_[j];
+    }
+  }
+
+  void Answer(std::size_t i, std::span<const OctaveRow> rows, Sofar& sofar) const {
+    for (std::size_t b = 0; b < rows.size(); ++b) {
+      float answer = 0.0f, unblurred = 0.0f;
+      for (std::size_t j = 0; j < change_.size(); ++j) {
+        answer += rows[b].blurred[j] * change_[j].data()[i];
+        unblurred += rows[b].unblurred[j] * sofar.change[j].data()[i];
+      }
+      sofar.answered[b].data()[i] += answer;
+      sofar.unblurred[b].data()[i] = unblurred;
+    }
+  }
+
+  DetailStatistics Statistics(const std::vector<FreeVector>& determined, const Sofar& sofar) const {
+    DetailStatistics statistics;
+    statistics.pixels = static_cast<double>(level_.shape.size());
+    double adapted = 0.0;
+    for (std::size_t j = 0; j < change_.size(); ++j) {
+      for (std::size_t i = 0; i < level_.shape.size(); ++i) {
+        const double detail = static_cast<double>(level_.detail[j].data()[i]) + change_[j].data()[i];
+        statistics.squares[j] += detail * detail;
+      }
+      for (const FreeVector& row : determined) statistics.determined[j] += row[j];
+      adapted += share_ * statistics.determined[j];
+    }
+    std::vector<DetailStatistics> of_band(level_.residual.size());
+    ParallelFor(static_cast<int>(of_band.size()), [&](int b) {
+      PlaneF left = level_.residual[b];
+      for (std::size_t i = 0; i < left.size(); ++i) left.data()[i] -= sofar.answered[b].data()[i];
+      if (!top_) left = DetailOf(left);
+      for (std::size_t i = 0; i < left.size(); ++i) {
+        const double weight = level_.weight[b].data()[i] / level_.noise_inflation;
+        of_band[b].residual_squares += weight * left.data()[i] * left.data()[i];
+        of_band[b].residual_count += weight > 0.0 ? share_ : 0.0;
+      }
+    });
+    for (const DetailStatistics& band : of_band) {
+      statistics.residual_squares += band.residual_squares;
+      statistics.residual_count += band.residual_count;
+    }
+    statistics.residual_count = std::max(statistics.residual_count - adapted, 0.0);
+    return statistics;
+  }
+
+  const PatchProblem& problem_;
+  const OctaveLevel& level_;
+  const std::vector<BlurCurve>* blur_;
+  const FreeVector& prior_;
+  const SkinPoint& fixed_;
+  bool top_;
+  double share_;  // of the pixels' dimensions that this octave's details span
+  double noise_;  // variance of the noise over what `weight` says
+  std::vector<PlaneF> change_, variance_;
+};
+
+}  // namespace
+
+const std::vector<BlurCurve>* BlurOf(const DetailView& model, std::size_t octave) {
+  return octave < model.blur.size() ? &model.blur[octave] : nullptr;
+}
+
+void FillRows(const PatchProblem& problem, const OctaveLevel& level, const std::vector<BlurCurve>* blur,
+              const SkinPoint& fixed, std::size_t pixel, std::span<OctaveRow> rows) {
+  const ParameterSpace& space = problem.space();
+  SkinPoint point = fixed;
+  FreeVector position{};
+  for (int j = 0; j < space.count(); ++j) position[j] = level.position[j].data()[pixel];
+  space.ToParameters(position, point);
+  const ParameterVector p = TableOne(point);
+  for (std::size_t b = 0; b < rows.size(); ++b) {
+    const BandOptics& optics = problem.model().optics()[b];
+    const Absorbers& absorbers = optics.nodes[optics.center].absorbers;
+    const BlurShare seen = blur ? (*blur)[b].At(absorbers.MuAEpidermis(p)) : BlurShare{};
+    const ParameterVector of_epidermis = absorbers.MuAEpidermisGradient(p);
+    const ParameterVector of_dermis = absorbers.MuADermisGradient(p);
+    const double epidermis = level.epidermis[b].data()[pixel], dermis = level.dermis[b].data()[pixel];
+    rows[b].epidermis_share = seen.epidermis;
+    for (int j = 0; j < space.count(); ++j) {
+      const int k = static_cast<int>(space.parameter(j));
+      double above = 0.0, below = 0.0, between = 0.0;
+      if (k < kParameterCount) {
+        above = epidermis * of_epidermis[k] * space.scale(j);
+        below = dermis * of_dermis[k] * space.scale(j);
+      } else {
+        between = level.junction[b].data()[pixel] * space.scale(j);
+      }
+      rows[b].unblurred[j] = static_cast<float>(above + below + between);
+      rows[b].blurred[j] =
+          static_cast<float>(seen.epidermis * above + seen.dermis * below + seen.junction * between);
+    }
+  }
+}
+
+OctaveStep SolveInOctaves(const PatchProblem& problem, const std::vector<OctaveLevel>& levels,
+                          const DetailView& model, const SkinPoint& fixed) {
+  const int count = problem.space().count(), top = static_cast<int>(levels.size()) - 1;
+  const std::size_t bands = problem.data().bands.size();
+  const GridShape whole = levels[top].shape;
+  Sofar sofar{Zeros(count, whole), Zeros(count, whole), Zeros(bands, whole), Zeros(bands, whole)};
+  OctaveStep step;
+  step.statistics.resize(levels.size());
+  for (int l = top; l >= 0; --l) {
+    if (l < top) sofar.Double(levels[l].shape);
+    step.statistics[l] = LevelSolver(problem, levels, l, model, fixed).Solve(sofar);
+    for (int j = 0; j < count; ++j)
+      step.adapted_parameters += (l == top ? 1.0 : kDetailShare) * step.statistics[l].determined[j];
+  }
+  step.change = std::move(sofar.change);
+  step.variance = std::move(sofar.variance);
+  double squares = 0.0;
+  for (int j = 0; j < count; ++j)
+    for (std::size_t i = 0; i < step.change[j].size(); ++i) {
+      squares += step.change[j].data()[i] * step.change[j].data()[i] / step.variance[j].data()[i];
+    }
+  step.move = std::sqrt(squares / (count * static_cast<double>(levels[0].shape.size())));
+  return step;
+}
+
+ParameterMaps Apply(const PatchProblem& problem, const ParameterMaps& maps, const OctaveStep& step,
+                    double share) {
+  const FitData& data = problem.data();
+  const ParameterSpace& space = problem.space();
+  ParameterMaps changed = maps;
+  ParallelFor(data.height(), [&](int y) {
+    const std::size_t begin = static_cast<std::size_t>(y) * data.width();
+    for (std::size_t i = begin; i < begin + data.width(); ++i) {
+      if (!data.fitted.data()[i]) continue;
+      SkinPoint p = problem.PointAt(maps, i);
+      FreeVector position = space.FromParameters(p);
+      for (int j = 0; j < space.count(); ++j) position[j] += share * step.change[j].data()[i];
+      space.ToParameters(position, p);
+      SetPointAt(changed, i, p);
+    }
+  });
+  return changed;
+}
+
+}  // namespace dermap
