@@ -19,9 +19,10 @@ constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr int kMostHalvings = 4;
 constexpr double kWorse = 1.05, kAboveNoise = 1.5;  // chi2 of a step that went too far: over before, a datum
 
+// Halved, rounding up, as the octaves are.
 std::vector<int> Sizes(int size) {
   std::vector<int> sizes{size};
-  while (sizes.back() % 2 == 0 && sizes.back() / 2 >= kCoarsestSize) sizes.push_back(sizes.back() / 2);
+  while ((sizes.back() + 1) / 2 >= kCoarsestSize) sizes.push_back((sizes.back() + 1) / 2);
   std::reverse(sizes.begin(), sizes.end());
   return sizes;
 }
@@ -96,47 +97,146 @@ class SizeFit {
   SkinPoint fixed_;
 };
 
+// Values of what a candidate does not free.
+SkinPoint FixedBy(const Candidate& candidate, SkinPoint fixed) {
+  for (const Parameter p : candidate.absent) fixed[static_cast<int>(p)] = 0.0;
+  return fixed;
+}
+
+// The maps with every unknown that is not free at its fixed value.
+ParameterMaps WithFixed(const ParameterSpace& space, const ParameterMaps& maps, const SkinPoint& fixed) {
+  ParameterMaps out = maps;
+  for (const Parameter p : AllUnknowns()) {
+    if (std::find(space.free().begin(), space.free().end(), p) != space.free().end()) continue;
+    if (p == Parameter::kJunctionAbsorbance)
+      out.junction_absorbance.clear();
+    else
+      for (float& value : out[p].values()) value = static_cast<float>(fixed[static_cast<int>(p)]);
+  }
+  return out;
+}
+
+// The prior of some of the unknowns.
+void Keep(const ParameterSpace& before, const ParameterSpace& after, DetailModel& detail) {
+  for (FreeVector& variance : detail.prior) {
+    const FreeVector all = variance;
+    for (int j = 0, k = 0; j < before.count(); ++j)
+      if (k < after.count() && before.parameter(j) == after.parameter(k)) variance[k++] = all[j];
+  }
+}
+
+class CoarseToFine {
+ public:
+  CoarseToFine(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
+               const FitOptions& options, RunLog& log)
+      : data_(data), model_(model), make_model_(make_model), options_(options), log_(log) {}
+
+  FastOutcome Run(const std::vector<Parameter>& free) {
+    const std::vector<int> sizes = Sizes(std::max(data_.width(), data_.height()));
+    outcome_.free = free;
+    outcome_.fixed = PointOf(options_.fixed_values, model_.tissue().junction_absorbance);
+    for (std::size_t s = 0; s < sizes.size(); ++s) {
+      const bool finest = s + 1 == sizes.size();
+      const int first = static_cast<int>(sizes.size() - 1 - s);  // octave of this size's pixels
+      FitData reduced;
+      std::optional<ForwardModel> coarse_model;
+      if (!finest) {
+        reduced = ReduceData(data_, sizes[s], 1);
+        AddReductionError(reduced);
+        coarse_model.emplace(make_model_(reduced.conditions));
+      }
+      const FitData& data = finest ? data_ : reduced;
+      const ForwardModel& model = finest ? model_ : *coarse_model;
+      if (s == 0) Begin(data, model, first);
+      FitSize(data, model, first, finest);
+      log_.Progress((s + 1.0) / static_cast<double>(sizes.size()));
+    }
+    return std::move(outcome_);
+  }
+
+ private:
+  // The start of the coarsest size, and where nothing else is asked for the choice of what is free.
+  void Begin(const FitData& data, const ForwardModel& model, int first) {
+    const bool choose = outcome_.free.empty();
+    seen_from_ = first;
+    if (choose) outcome_.free = AllUnknowns();
+    PatchProblem problem(data, model, ParameterSpace(outcome_.free));
+    outcome_.state.maps = InvertLocally(problem, options_.fixed_values);
+    const int octaves = static_cast<int>(OctaveShapes(data_.width(), data_.height()).size());
+    outcome_.detail =
+        FirstDetailModel(octaves, MeasureBlur(model_, SkinsOf(problem, outcome_.state.maps), octaves - 1));
+    if (!choose) return;
+    outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
+    const DetailView detail = ViewFrom(outcome_.detail, first);
+    SizeFit(problem, detail, outcome_.fixed).Refine(outcome_.state, kCoarseRest, log_);
+    outcome_.candidates =
+        ChooseCandidates(problem, outcome_.state, detail, outcome_.fixed, data.band_count());
+    if (LacksBands(outcome_.candidates, data.band_count())) all_detail_ = outcome_.detail;
+    const Candidate& chosen = outcome_.candidates.front();
+    outcome_.free = chosen.free;
+    outcome_.fixed = FixedBy(chosen, outcome_.fixed);
+    const ParameterSpace space(outcome_.free);
+    Keep(problem.space(), space, outcome_.detail);
+    outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
+    log_.renders_before += problem.renders();
+  }
+
+  void FitSize(const FitData& data, const ForwardModel& model, int first, bool finest) {
+    PatchProblem problem(data, model, ParameterSpace(outcome_.free));
+    const DetailView detail = ViewFrom(outcome_.detail, first);
+    ParameterMaps& start = outcome_.state.maps;
+    if (start.width() != data.width() || start.height() != data.height()) {
+      start = ResizeLinear(start, data.width(), data.height());
+      for (int j = 0; j < problem.space().count(); ++j)
+        detail.prior[0][j] = GuessedVariance(detail.prior, 0, j);
+    }
+    outcome_.state = problem.StateOf(std::move(start));
+    log_.Add(outcome_.state.misfit, problem.space().count(), problem.renders());
+    SizeFit fit(problem, detail, outcome_.fixed);
+    outcome_.converged = fit.Refine(outcome_.state, finest ? kRest : kCoarseRest, log_);
+    log_.renders_before += problem.renders();
+    if (!finest) return;
+    OctaveStep last = fit.Estimate(outcome_.state);
+    outcome_.variance = all_detail_ ? VarianceOfAll(data, model, first) : std::move(last.variance);
+    outcome_.adapted_parameters = last.adapted_parameters;
+  }
+
+  // Variances of what is free where nothing is held fixed: with too few bands the value of what is fixed is
+  // an assumption.
+  std::vector<PlaneF> VarianceOfAll(const FitData& data, const ForwardModel& model, int first) {
+    const PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
+    FitState state = outcome_.state;
+    if (state.maps.junction_absorbance.empty())
+      state.maps.junction_absorbance = {PlaneF(data.width(), data.height(),
+                                               static_cast<float>(outcome_.fixed[kParameterCount]))};
+    all_detail_->scatter = outcome_.detail.scatter;
+    const DetailView detail = ViewFrom(*all_detail_, first);
+    for (int octave = seen_from_ - 1; octave >= first; --octave)
+      for (int j = 0; j < kUnknownCount; ++j)
+        detail.prior[octave - first][j] = GuessedVariance(detail.prior, octave - first, j);
+    OctaveStep all = SolveInOctaves(problem, LineariseInOctaves(problem, state), detail, outcome_.fixed);
+    std::vector<PlaneF> variance;
+    for (const Parameter p : outcome_.free)
+      variance.push_back(std::move(all.variance[static_cast<std::size_t>(p)]));
+    return variance;
+  }
+
+  const FitData& data_;
+  const ForwardModel& model_;
+  const ModelMaker& make_model_;
+  const FitOptions& options_;
+  RunLog& log_;
+  FastOutcome outcome_;
+  std::optional<DetailModel> all_detail_;  // of all unknowns, where too few bands forced a choice
+  int seen_from_ = 0;                      // octave of the coarsest size's pixels
+};
+
 }  // namespace
 
-FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model, const ParameterSpace& space,
-                            const ModelMaker& make_model, const FitOptions& options, RunLog& log) {
-  const std::vector<int> sizes = Sizes(std::max(data.width(), data.height()));
-  const int octaves = static_cast<int>(OctaveShapes(data.width(), data.height()).size());
-  const SkinPoint fixed = PointOf(options.fixed_values, model.tissue().junction_absorbance);
-  FastOutcome outcome;
-  std::optional<ParameterMaps> coarser;
-  for (std::size_t s = 0; s < sizes.size(); ++s) {
-    const bool finest = s + 1 == sizes.size();
-    FitData reduced;
-    std::optional<ForwardModel> coarse_model;
-    if (!finest) {
-      reduced = ReduceData(data, sizes[s], space.count());
-      AddReductionError(reduced);
-      coarse_model.emplace(make_model(reduced.conditions));
-    }
-    PatchProblem problem(finest ? data : reduced, finest ? model : *coarse_model, space);
-    const int first = static_cast<int>(sizes.size() - 1 - s);  // octave of this size's pixels
-    ParameterMaps start = coarser ? ResizeLinear(*coarser, problem.data().width(), problem.data().height())
-                                  : InvertLocally(problem, options.fixed_values);
-    if (!coarser)
-      outcome.detail = FirstDetailModel(octaves, MeasureBlur(model, SkinsOf(problem, start), octaves - 1));
-    const DetailView detail = ViewFrom(outcome.detail, first);
-    for (int j = 0; coarser && j < space.count(); ++j)
-      detail.prior[0][j] = GuessedVariance(detail.prior, 0, j);
-    outcome.state = problem.StateOf(std::move(start));
-    log.Add(outcome.state.misfit, space.count(), problem.renders());
-    SizeFit fit(problem, detail, fixed);
-    outcome.converged = fit.Refine(outcome.state, finest ? kRest : kCoarseRest, log);
-    if (finest) {
-      OctaveStep last = fit.Estimate(outcome.state);
-      outcome.variance = std::move(last.variance);
-      outcome.adapted_parameters = last.adapted_parameters;
-    }
-    coarser = outcome.state.maps;
-    log.renders_before += problem.renders();
-    log.Progress((s + 1.0) / static_cast<double>(sizes.size()));
-  }
-  return outcome;
+FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model,
+                            const std::vector<Parameter>& free, const ModelMaker& make_model,
+                            const FitOptions& options, RunLog& log) {
+  return CoarseToFine(data, model, make_model, options, log).Run(free);
 }
 
 }  // namespace dermap

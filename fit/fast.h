@@ -10,6 +10,7 @@
 #include "fit/options.h"
 #include "fit/patch_problem.h"
 #include "fit/run_log.h"
+#include "fit/scene_choice.h"
 
 namespace dermap {
 
@@ -19,6 +20,9 @@ using ModelMaker = std::function<ForwardModel(const ImagingConditions&)>;
 struct FastOutcome {
   FitState state;
   bool converged = false;
+  std::vector<Parameter> free;        // as asked for, or chosen
+  SkinPoint fixed{};                  // values of what is not free
+  std::vector<Candidate> candidates;  // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
   std::vector<PlaneF> variance;     // of each free parameter, scaled units
   double adapted_parameters = 0.0;  // degrees of freedom of the fitted model
@@ -26,8 +30,10 @@ struct FastOutcome {
 
 // `data` at the size wanted; the coarser sizes are made from it. A size costs as many renders as it takes
 // iterations. `model` must be that of data.conditions.
-FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model, const ParameterSpace& space,
-                            const ModelMaker& make_model, const FitOptions& options, RunLog& log);
+// Without `free` the evidence at the coarsest size decides what is free.
+FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model,
+                            const std::vector<Parameter>& free, const ModelMaker& make_model,
+                            const FitOptions& options, RunLog& log);
 
 inline constexpr int kCoarsestSize = 32;
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <optional>
 #include <utility>
@@ -23,13 +24,16 @@ namespace dermap {
 namespace {
 
 constexpr int kLocalStartSize = 16;  // pixels along the longer side
+constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
 
 // What a method leaves behind.
 struct Outcome {
+  std::vector<Parameter> free;
   FitState state;
   bool converged = false;
   std::optional<double> adapted_parameters;  // where it was measured
   std::vector<PlaneF> variance;  // of each free parameter, scaled units; empty: from single pixels
+  std::vector<Candidate> candidates;
 };
 
 template <class... Args>
@@ -67,32 +71,52 @@ int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker&
                                options.time_budget_s, log.decisions);
 }
 
-Outcome RunDescent(PatchProblem& problem, const FitOptions& options, RunLog& log) {
+Outcome RunDescent(const FitData& data, const ForwardModel& model, const std::vector<Parameter>& free,
+                   const FitOptions& options, RunLog& log) {
+  PatchProblem problem(data, model, ParameterSpace(free));
   const bool local = options.start == StartPoint::kLocal;
   log.Decide(std::string("Descent started from ") +
              (local ? "the closed-form inversion of each pixel." : "average skin in every pixel.") +
              " Steps: " + std::string(NameOf(options.metric)) + ".");
   ParameterMaps start =
       local ? InvertAverages(problem, options.fixed_values, kLocalStartSize)
-            : ParameterMaps(problem.data().width(), problem.data().height(), options.fixed_values);
+            : problem.UniformMaps(PointOf(options.fixed_values, model.tissue().junction_absorbance));
   DescentOutcome descent = Descend(problem, std::move(start), options, log);
   log.renders_before += problem.renders();
   log.Decide(Format(
       "Degrees of freedom: data less %.1f parameters a fitted pixel, the share of %d that simulated fits "
       "adapted to.",
       descent.state.misfit.adapted_share * problem.space().count(), problem.space().count()));
-  return {std::move(descent.state), descent.converged, std::nullopt, {}};
+  return {problem.space().free(), std::move(descent.state), descent.converged, std::nullopt, {}, {}};
 }
 
-Outcome RunFast(const PatchProblem& problem, const ModelMaker& make_model, const FitOptions& options,
-                RunLog& log) {
-  FastOutcome fast =
-      FitCoarseToFine(problem.data(), problem.model(), problem.space(), make_model, options, log);
-  Outcome outcome{{}, fast.converged, std::nullopt, {}};
-  outcome.adapted_parameters = fast.adapted_parameters;
-  outcome.variance = std::move(fast.variance);
-  outcome.state = std::move(fast.state);
-  return outcome;
+void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
+  const Candidate& chosen = fast.candidates.front();
+  std::vector<Parameter> fixed;
+  for (const Parameter p : AllUnknowns())
+    if (std::count(chosen.free.begin(), chosen.free.end(), p) == 0 &&
+        std::count(chosen.absent.begin(), chosen.absent.end(), p) == 0)
+      fixed.push_back(p);
+  std::string sentence = "The evidence asks for " + NamesOf(chosen.free) + " to be free";
+  if (!fixed.empty()) sentence += "; at average skin's value: " + NamesOf(fixed);
+  if (!chosen.absent.empty()) sentence += "; absent: " + NamesOf(chosen.absent);
+  log.Decide(sentence + ".");
+  if (LacksBands(fast.candidates, band_count))
+    log.Decide(
+        "With so few bands the maps hang on the values of what is fixed; sigma holds how far those may be off.");
+}
+
+Outcome RunFast(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
+                const FitOptions& options, RunLog& log) {
+  FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
+  if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
+  log.Decide(Format("Degrees of freedom: the data decide %.2f parameters a pixel; the rest is prior.",
+                    fast.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
+  if (fast.detail.scatter[0] > kLoudScatter)
+    log.Decide(Format("Residuals scatter %.2f times as far as the stated noise; sigma was widened by as much.",
+                      std::sqrt(fast.detail.scatter[0])));
+  return {std::move(fast.free),     std::move(fast.state),      fast.converged,
+          fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
 }
 
 void FillMisfit(const Outcome& outcome, FitResult& result) {
@@ -154,7 +178,8 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.free_parameters = problem.space().free();
   result.sigma = outcome.variance.empty() ? StandardDeviations(problem, outcome.state)
                                           : SigmaMaps(problem, outcome.variance);
-  result.flags = FlagsOf(problem, outcome.state);
+  result.flags = FlagsOf(problem, outcome.state, result.sigma);
+  result.candidates = std::move(outcome.candidates);
   result.measured = data.measured;
   result.noise = data.sigma;
   result.residual = Residual(data, outcome.state.predicted);
@@ -170,7 +195,6 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.method = NameOf(options.method);
   result.profiles = options.profiles;
   result.engine = EngineName(options.forward.engine);
-  result.seed = options.seed;
   result.decisions = std::move(log.decisions);
   result.seconds = log.Seconds();
   return result;
@@ -183,9 +207,13 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   const ThreadLimit limit(options.threads);
   RunLog log(progress);
   Validate(options.tissue);
-  const ParameterSpace space(
-      ChooseFreeParameters(options.free_parameters, static_cast<int>(stack.bands.size()), log.decisions));
-  FitData data = PrepareStack(stack, options, space.count(), log.decisions);
+  // The evidence chooses later, or the number of bands now.
+  const bool by_evidence = options.method == FitMethod::kFast && options.free_parameters.empty();
+  std::vector<std::string> said;
+  const std::vector<Parameter> free = ChooseFreeParameters(
+      options.free_parameters, static_cast<int>(stack.bands.size()), by_evidence ? said : log.decisions);
+  const int fewest = std::min(static_cast<int>(free.size()), kParameterCount);  // data of a pixel
+  FitData data = PrepareStack(stack, options, fewest, log.decisions);
   const auto source = MakeProfileSource(options.profiles);
   if (options.profiles != "exact")  // measured against Monte Carlo: common/optics/README.md
     log.Decide(
@@ -196,16 +224,17 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   const ForwardModel tables(chromophores, *source, options.tissue, data.bands, data.conditions, forward);
   const ModelMaker make_model = [&](const ImagingConditions& conditions) { return tables.With(conditions); };
   const int full_width = data.width();
-  data = ReduceData(data, ChooseSize(data, options, make_model, space.count(), log), space.count());
+  data = ReduceData(data, ChooseSize(data, options, make_model, fewest, log), fewest);
   if (data.width() < full_width) {
     AddReductionError(data);
     log.Decide(
         Format("Sigma was widened by %g of the reflectance for the averaging of areas.", kReductionError));
   }
   const ForwardModel model = make_model(data.conditions);
-  PatchProblem problem(data, model, space);
-  Outcome outcome = options.method == FitMethod::kDescent ? RunDescent(problem, options, log)
-                                                          : RunFast(problem, make_model, options, log);
+  Outcome outcome = options.method == FitMethod::kDescent
+                        ? RunDescent(data, model, free, options, log)
+                        : RunFast(data, model, make_model, options, log);
+  const PatchProblem problem(data, model, ParameterSpace(outcome.free));
   return Collect(problem, data, std::move(outcome), options, log);
 }
 

@@ -11,6 +11,7 @@
 #include "common/core/image.h"
 #include "common/tissue/parameters.h"
 #include "common/transport/forward_model.h"
+#include "fit/candidate.h"
 
 namespace dermap {
 
@@ -38,6 +39,7 @@ struct FitResult {
   ParameterMaps maps;
   ParameterMaps sigma;  // one standard deviation; 0 for what was not free
   std::vector<Parameter> free_parameters;
+  std::vector<Candidate> candidates;  // sets of free parameters that were weighed; the first was chosen
   std::vector<PlaneF> measured;  // at the size of the fit
   std::vector<PlaneF> predicted;
   std::vector<PlaneF> residual;  // measured - predicted
@@ -52,7 +54,6 @@ struct FitResult {
   double chi2_per_datum = 0.0;
   std::size_t data_count = 0;
   double degrees_of_freedom = 0.0;  // data less what the fit adapted to; `decisions` says how it was counted
-  std::uint64_t seed = 0;
   double seconds = 0.0;
   int renders = 0;
   bool converged = false;

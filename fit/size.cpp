@@ -10,7 +10,7 @@ namespace dermap {
 double ExpectedRenders(const FitOptions& options, int free_count) {
   // Iterations seen on simulated samples (light, freckled; medium, with a vein), rounded up.
   constexpr double kCurvatureIterations = 30.0, kFastRenders = 20.0;
-  if (options.method == FitMethod::kFast) return kFastRenders * (options.noise_probe ? 2.0 : 1.0);
+  if (options.method == FitMethod::kFast) return kFastRenders;
   const double limit = options.max_iterations;
   if (options.metric == DescentMetric::kCurvature)
     return std::min(kCurvatureIterations, limit) * (free_count + 2);

@@ -13,7 +13,7 @@ namespace {
 
 constexpr double kRangePrecision =
     1.0;                              // scaled units: the variance of a uniform distribution over the range
-constexpr double kNothing = 1e-9;     // precision of knowing nothing, for the flag
+constexpr double kIdentifiable = 0.5;  // scaled units
 constexpr double kBoundShare = 1e-4;  // of the range: nearer than that is at the bound
 constexpr double kNoise_sigma = 3.0;
 
@@ -55,12 +55,9 @@ bool OutsideValidity(const FitData& data, const std::vector<ReflectanceRange>& r
   return false;
 }
 
-bool NotIdentifiable(const PatchProblem& problem, const FitState& state, std::size_t pixel,
-                     const SkinPoint& p) {
-  const FreeVector variance = InverseDiagonal(LocalSystem(problem, pixel, p, &state.predicted), kNothing);
-  const double half_range = 0.5 * std::sqrt(12.0);  // scaled units
-  for (int j = 0; j < problem.space().count(); ++j)
-    if (!(variance[j] <= half_range * half_range)) return true;
+bool NotIdentifiable(const ParameterSpace& space, const ParameterMaps& sigma, std::size_t pixel) {
+  for (int j = 0; j < space.count(); ++j)
+    if (!(sigma.Unknown(space.parameter(j)).data()[pixel] <= kIdentifiable * space.scale(j))) return true;
   return false;
 }
 
@@ -97,7 +94,7 @@ ParameterMaps SigmaMaps(const PatchProblem& problem, const std::vector<PlaneF>& 
   return sigma;
 }
 
-Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state) {
+Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state, const ParameterMaps& sigma) {
   const FitData& data = problem.data();
   std::vector<ReflectanceRange> ranges;
   for (int b = 0; b < data.band_count(); ++b) ranges.push_back(RangeOfModel(problem.model(), b));
@@ -112,7 +109,7 @@ Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state)
       for (int b = 0; b < data.band_count(); ++b) count += data.Has(b, pixel);
       if (AtBound(problem, p)) flag |= kFlagAtBound;
       if (state.misfit.chi2_map.data()[pixel] > kUnexplainedChi2 * count) flag |= kFlagNotConverged;
-      if (NotIdentifiable(problem, state, pixel, p)) flag |= kFlagNotIdentifiable;
+      if (NotIdentifiable(problem.space(), sigma, pixel)) flag |= kFlagNotIdentifiable;
       if (OutsideValidity(data, ranges, pixel)) flag |= kFlagOutsideValidity;
     }
   });

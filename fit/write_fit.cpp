@@ -28,6 +28,8 @@ NamedPlanes SigmaPlanes(const FitResult& result) {
   NamedPlanes planes;
   for (int i = 0; i < kParameterCount; ++i)
     planes.emplace_back(std::string(kParameters[i].name), result.sigma.planes[i]);
+  for (const PlaneF& plane : result.sigma.junction_absorbance)
+    planes.emplace_back(std::string(kJunctionInfo.name), plane);
   return planes;
 }
 
@@ -46,6 +48,12 @@ ReflectanceStack StackOf(const FitResult& result, const std::vector<PlaneF>& pla
   stack.tape = result.conditions.tape;
   stack.geometry = result.conditions.geometry;
   return stack;
+}
+
+std::vector<std::string> NamesIn(const std::vector<Parameter>& parameters) {
+  std::vector<std::string> names;
+  for (const Parameter p : parameters) names.emplace_back(InfoOf(p).name);
+  return names;
 }
 
 }  // namespace
@@ -67,14 +75,18 @@ nlohmann::ordered_json FitRecord(const FitResult& result) {
   json["width"] = result.maps.width();
   json["height"] = result.maps.height();
   json["pixel_size_mm"] = result.conditions.pixel_size_mm;
-  json["seed"] = result.seed;
   for (const Band& band : result.bands) {
     json["wavelengths_nm"].push_back(band.wavelength_nm);
     json["fwhm_nm"].push_back(band.fwhm_nm);
   }
   json["free_parameters"] = nlohmann::ordered_json::array();
   for (Parameter p : result.free_parameters)
-    json["free_parameters"].push_back(std::string(kParameters[static_cast<int>(p)].name));
+    json["free_parameters"].push_back(std::string(InfoOf(p).name));
+  json["candidates"] = nlohmann::ordered_json::array();
+  for (const Candidate& candidate : result.candidates)
+    json["candidates"].push_back({{"free", NamesIn(candidate.free)},
+                                  {"absent", NamesIn(candidate.absent)},
+                                  {"log_evidence", candidate.log_evidence}});
   json["decisions"] = result.decisions;
   json["tolerance"] = result.tolerance;
   json["forward"] = ChoiceRecord(result.forward, result.bands);

@@ -1,0 +1,179 @@
+// SPDX-License-Identifier: Apache-2.0
+// Evidence of subsets of the unknowns, and backward elimination.
+#include "fit/scene_choice.h"
+
+#include <Eigen/Cholesky>
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "fit/octave_solver.h"
+
+namespace dermap {
+namespace {
+
+using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknownCount, kUnknownCount>;
+using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kUnknownCount, 1>;
+
+// What the data say of one pixel of an octave.
+struct PixelEvidence {
+  Matrix normal;  // N
+  Vector asked;   // b: the estimate is (N + 1/S)^-1 b
+};
+
+struct OctaveEvidence {
+  std::vector<PixelEvidence> pixels;
+  Vector variance;   // S
+  double share = 1;  // of the pixels' dimensions that details span
+};
+
+// Where each unknown stands.
+struct Status {
+  std::vector<char> free, absent;  // by free parameter of the problem
+  int free_count() const { return static_cast<int>(std::count(free.begin(), free.end(), 1)); }
+};
+
+std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState& state,
+                                    const DetailView& detail, const SkinPoint& fixed) {
+  const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state);
+  const int count = problem.space().count();
+  std::vector<OctaveEvidence> octaves(levels.size());
+  std::vector<OctaveRow> rows(problem.data().bands.size());
+  for (std::size_t l = 0; l < levels.size(); ++l) {
+    const bool top = l + 1 == levels.size();
+    const double noise = levels[l].noise_inflation * detail.scatter[l];
+    OctaveEvidence& octave = octaves[l];
+    octave.share = top ? 1.0 : kDetailShare;
+    octave.variance.resize(count);
+    for (int j = 0; j < count; ++j) octave.variance[j] = detail.prior[l][j] / octave.share;
+    octave.pixels.resize(levels[l].shape.size());
+    for (std::size_t i = 0; i < octave.pixels.size(); ++i) {
+      FillRows(problem, levels[l], top ? nullptr : BlurOf(detail, l), fixed, i, rows);
+      PixelEvidence& pixel = octave.pixels[i];
+      pixel.normal = Matrix::Zero(count, count);
+      Vector estimate(count);
+      for (int j = 0; j < count; ++j) estimate[j] = levels[l].detail[j].data()[i];
+      for (std::size_t b = 0; b < rows.size(); ++b) {
+        Vector row(count);
+        for (int j = 0; j < count; ++j) row[j] = rows[b].blurred[j];
+        pixel.normal += levels[l].weight[b].data()[i] / noise * row * row.transpose();
+      }
+      pixel.asked = pixel.normal * estimate + estimate.cwiseQuotient(octave.variance);
+    }
+  }
+  return octaves;
+}
+
+double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& status,
+                   const FreeVector& average) {
+  std::vector<int> free;
+  for (std::size_t j = 0; j < status.free.size(); ++j)
+    if (status.free[j]) free.push_back(static_cast<int>(j));
+  const int count = static_cast<int>(free.size());
+  double sum = 0.0;
+  for (const OctaveEvidence& octave : octaves) {
+    // An absent unknown differs from average skin in the mean alone.
+    Vector offset = Vector::Zero(static_cast<int>(status.free.size()));
+    if (&octave == &octaves.back())
+      for (std::size_t j = 0; j < status.free.size(); ++j)
+        if (status.absent[j]) offset[static_cast<int>(j)] = -average[j];
+    for (const PixelEvidence& pixel : octave.pixels) {
+      const Vector pulled = pixel.asked - pixel.normal * offset;
+      sum += offset.dot(pixel.asked) - 0.5 * offset.dot(pixel.normal * offset);
+      if (count == 0) continue;
+      Matrix precision(count, count);
+      Vector asked(count);
+      double log_prior = 0.0;
+      for (int a = 0; a < count; ++a) {
+        asked[a] = pulled[free[a]];
+        for (int b = 0; b < count; ++b) precision(a, b) = pixel.normal(free[a], free[b]);
+        precision(a, a) += 1.0 / octave.variance[free[a]];
+        log_prior += std::log(octave.variance[free[a]]);
+      }
+      const Eigen::LLT<Matrix> factor(precision);
+      double log_det = log_prior;
+      for (int a = 0; a < count; ++a) log_det += 2.0 * std::log(factor.matrixLLT()(a, a));
+      sum += 0.5 * asked.dot(factor.solve(asked)) - 0.5 * octave.share * log_det;
+    }
+  }
+  return sum;
+}
+
+Candidate CandidateOf(const ParameterSpace& space, const Status& status, double log_evidence) {
+  Candidate candidate;
+  candidate.log_evidence = log_evidence;
+  for (int j = 0; j < space.count(); ++j) {
+    if (status.free[j]) candidate.free.push_back(space.parameter(j));
+    if (status.absent[j]) candidate.absent.push_back(space.parameter(j));
+  }
+  return candidate;
+}
+
+// Melanin is what every skin has; the junction without a tattoo keeps its base value.
+bool MayBeAbsent(Parameter p) {
+  return p == Parameter::kC_he || p == Parameter::kC_bc || p == Parameter::kC_hd;
+}
+
+}  // namespace
+
+std::vector<Parameter> AllUnknowns() {
+  std::vector<Parameter> unknowns;
+  for (int i = 0; i < kUnknownCount; ++i) unknowns.push_back(static_cast<Parameter>(i));
+  return unknowns;
+}
+
+std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitState& state,
+                                        const DetailView& detail, const SkinPoint& fixed, int most) {
+  const ParameterSpace& space = problem.space();
+  const std::vector<OctaveEvidence> octaves = Collect(problem, state, detail, fixed);
+  Status status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
+  double evidence = LogEvidence(octaves, status, space.mean());
+  std::vector<Candidate> seen{CandidateOf(space, status, evidence)};
+  std::size_t chosen = 0;
+  while (status.free_count() > 1) {
+    std::optional<std::pair<double, Status>> best;
+    for (int j = 0; j < space.count(); ++j) {
+      if (!status.free[j]) continue;
+      for (int absent = 0; absent <= (MayBeAbsent(space.parameter(j)) ? 1 : 0); ++absent) {
+        Status trial = status;
+        trial.free[j] = 0;
+        trial.absent[j] = static_cast<char>(absent);
+        const double trial_evidence = LogEvidence(octaves, trial, space.mean());
+        seen.push_back(CandidateOf(space, trial, trial_evidence));
+        if (!best || trial_evidence > best->first) best = {trial_evidence, trial};
+      }
+    }
+    const bool enough = status.free_count() <= most;
+    if (enough && best->first < evidence - kEvidenceForOne) break;
+    status = best->second;
+    evidence = best->first;
+    for (std::size_t k = 0; k < seen.size(); ++k)
+      if (seen[k].log_evidence == evidence) chosen = k;
+  }
+  std::swap(seen[0], seen[chosen]);
+  std::stable_sort(seen.begin() + 1, seen.end(),
+                   [](const Candidate& a, const Candidate& b) { return a.log_evidence > b.log_evidence; });
+  const double top = std::max_element(seen.begin(), seen.end(), [](const Candidate& a, const Candidate& b) {
+                       return a.log_evidence < b.log_evidence;
+                     })->log_evidence;
+  for (Candidate& candidate : seen) candidate.log_evidence -= top;
+  return seen;
+}
+
+bool LacksBands(const std::vector<Candidate>& candidates, int band_count) {
+  const Candidate& chosen = candidates.front();
+  const auto all = std::max_element(
+      candidates.begin(), candidates.end(),
+      [](const Candidate& a, const Candidate& b) { return a.free.size() < b.free.size(); });
+  const auto given_up = static_cast<double>(all->free.size() - chosen.free.size());
+  return band_count <= kUnknownCount || all->log_evidence - chosen.log_evidence > kEvidenceForOne * given_up;
+}
+
+std::string NamesOf(const std::vector<Parameter>& parameters) {
+  std::string names;
+  for (const Parameter p : parameters) names += (names.empty() ? "" : ", ") + std::string(InfoOf(p).name);
+  return names;
+}
+
+}  // namespace dermap
