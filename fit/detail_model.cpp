@@ -17,6 +17,16 @@ constexpr double kSteepestFall = 0.12, kGuessFall = 0.5, kGuessPixels = 2.0, kGu
 // The guess at the scatter counts as if so many data had been seen.
 constexpr double kScatterData = 40.0;
 
+// Noise that is larger than stated is so in every octave. An error that neighbours share does not average
+// away: against the noise of means of four pixels it is four times as large as against that of one. Which of
+// both it is shows in how scatter grew.
+double GuessedScatter(std::span<const double> scatter, int octave) {
+  if (octave == 0) return 1.0;
+  const double excess = scatter[octave - 1] - 1.0;
+  if (octave == 1) return 1.0 + excess;
+  return 1.0 + excess * std::clamp(excess / std::max(scatter[octave - 2] - 1.0, 1e-3), 1.0, 4.0);
+}
+
 }  // namespace
 
 DetailModel FirstDetailModel(int octaves, BlurTable blur) {
@@ -52,13 +62,10 @@ void Update(std::span<const DetailStatistics> statistics, int count, DetailView 
                                          (std::max(octave.determined[j], 0.0) + weight),
                                      kSmallestVariance, kLargestVariance);
   }
-  // An error that neighbours share does not average away: against the noise of means of four pixels it is
-  // four times as large as against that of one.
-  for (int l = 0; l <= top; ++l) {
-    const double guess = l == 0 ? 1.0 : 1.0 + 4.0 * (model.scatter[l - 1] - 1.0);
-    model.scatter[l] = std::max(1.0, (statistics[l].residual_squares + kScatterData * guess) /
-                                         (statistics[l].residual_count + kScatterData));
-  }
+  for (int l = 0; l <= top; ++l)
+    model.scatter[l] =
+        std::max(1.0, (statistics[l].residual_squares + kScatterData * GuessedScatter(model.scatter, l)) /
+                          (statistics[l].residual_count + kScatterData));
 }
 
 }  // namespace dermap

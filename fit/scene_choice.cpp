@@ -134,7 +134,7 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
   while (status.free_count() > 1) {
     std::optional<std::pair<double, Status>> best;
     for (int j = 0; j < space.count(); ++j) {
-      if (!status.free[j]) continue;
+      if (!status.free[j] || space.parameter(j) == Parameter::kC_m) continue;
       for (int absent = 0; absent <= (MayBeAbsent(space.parameter(j)) ? 1 : 0); ++absent) {
         Status trial = status;
         trial.free[j] = 0;
@@ -144,6 +144,7 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
         if (!best || trial_evidence > best->first) best = {trial_evidence, trial};
       }
     }
+    if (!best) break;
     const bool enough = status.free_count() <= most;
     if (enough && best->first < evidence - kEvidenceForOne) break;
     status = best->second;

@@ -1,81 +1,146 @@
 // SPDX-License-Identifier: Apache-2.0
-// The coarse-to-fine fit. Scene and fit share the forward model: the optimiser is on trial, not the physics.
+// The coarse-to-fine fit. Scene and fit share the forward model: the optimiser and its error bars are on
+// trial, not the physics.
 #include "fit/fast.h"
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "common/core/parallel.h"
 #include "tests/fit/scene.h"
 
 namespace dermap {
 namespace {
 
-class FastTest : public ::testing::Test {
- protected:
-  FastTest()
-      : model_(testing::MakeModel(testing::EightBands(), testing::Window(7.5 / 32))),
-        truth_(testing::SpottedSkin(32, 0.05)),
-        data_(testing::Prepared(testing::NoisyStack(model_, truth_, 0.005, 5))) {}
+using testing::AllParameters;
 
-  FastOutcome Fit(const std::vector<int>* steps = nullptr) {
-    return FitCoarseToFine(data_, model_, space_, maker_, options_, log_, steps);
-  }
-
-  ForwardModel model_;
-  ParameterMaps truth_;
-  FitData data_;
-  ParameterSpace space_{testing::AllParameters()};
-  FitOptions options_;
-  RunLog log_;
-  const ModelMaker maker_ = [](const ImagingConditions& conditions) {
-    return testing::MakeModel(testing::EightBands(), conditions);
-  };
+const ModelMaker kMaker = [](const ImagingConditions& conditions) {
+  return testing::MakeModel(testing::EightBands(), conditions);
 };
 
-// The noise that was added is the level that a fit can reach.
-TEST_F(FastTest, ReachesTheNoiseInFewRenders) {
-  const FastOutcome outcome = Fit();
-  EXPECT_TRUE(outcome.converged);
-  EXPECT_LT(outcome.state.misfit.Chi2PerDegree(5), 1.3);
-  EXPECT_LE(log_.renders_before, 15);
-  EXPECT_LT(testing::MedianRelativeError(outcome.state.maps[Parameter::kC_m], truth_[Parameter::kC_m]), 0.06);
-  EXPECT_LT(testing::MedianRelativeError(outcome.state.maps[Parameter::kBeta_m], truth_[Parameter::kBeta_m]),
-            0.15);
-}
+// 64 x 64 pixels of the window, fitted at 32 and 64.
+struct Scene {
+  explicit Scene(double melanin, double noise = 0.005)
+      : model(testing::MakeModel(testing::EightBands(), testing::Window(7.5 / 64))),
+        truth(testing::SpottedSkin(64, melanin)),
+        data(testing::Prepared(testing::NoisyStack(model, truth, noise, 5))) {}
 
-// Replaying the steps of a fit on the same data must give the same maps, bit for bit.
-TEST_F(FastTest, StepsReplay) {
-  const FastOutcome first = Fit();
-  const FastOutcome again = Fit(&first.steps);
-  for (std::size_t i = 0; i < truth_[Parameter::kC_m].size(); ++i)
-    ASSERT_EQ(first.state.maps[Parameter::kC_m].data()[i], again.state.maps[Parameter::kC_m].data()[i]);
-}
+  FastOutcome Fit(const std::vector<Parameter>& free) {
+    return FitCoarseToFine(data, model, free, kMaker, options, log);
+  }
 
-// Between nothing and as many parameters as are free in each pixel; a fit that ignored its data would count
-// 0.
-TEST_F(FastTest, AdaptedParametersLieBetweenNoneAndAllThatAreFree) {
-  const FastOutcome outcome = Fit();
-  const double adapted = AdaptedParameters(data_, model_, space_, maker_, options_, outcome, log_);
-  EXPECT_GT(adapted, 1.0 * 32 * 32);
-  EXPECT_LT(adapted, 5.0 * 32 * 32);
-}
-
-// With every pixel by itself (uniform light, one parameter, pixels far larger than light spreads) the count
-// is that of linear regression: one parameter a pixel, however many bands. Prior and damping take a little
-// away.
-TEST(Fast, AdaptedParametersOfIndependentPixelsAreTheFreeOnes) {
-  const ForwardModel model = testing::MakeModel(testing::FourBands(), testing::Uniform(20.0));
-  const FitData data =
-      testing::Prepared(testing::NoisyStack(model, ParameterMaps(16, 16, AverageSkin()), 0.005, 4), 1);
-  const ParameterSpace space({Parameter::kC_m});
+  ForwardModel model;
+  ParameterMaps truth;
+  FitData data;
   FitOptions options;
-  options.stop_chi2 = 0.0;
   RunLog log;
-  const ModelMaker maker = [](const ImagingConditions& conditions) {
-    return testing::MakeModel(testing::FourBands(), conditions);
+};
+
+// Errors over their standard deviations: rms, and the share within one and 1.96.
+struct Calibration {
+  double rms = 0.0, within_1 = 0.0, within_2 = 0.0;
+};
+
+Calibration Calibrate(const FastOutcome& fit, const ParameterSpace& space, int j, const ParameterMaps& truth) {
+  Calibration result;
+  const PlaneF& found = fit.state.maps.Unknown(space.parameter(j));
+  const double pixels = static_cast<double>(found.size());
+  for (std::size_t i = 0; i < found.size(); ++i) {
+    const double error = (found.data()[i] - truth.Unknown(space.parameter(j)).data()[i]) / space.scale(j);
+    const double z = error / std::sqrt(fit.variance[j].data()[i]);
+    result.rms += z * z / pixels;
+    result.within_1 += (std::abs(z) < 1.0) / pixels;
+    result.within_2 += (std::abs(z) < 1.96) / pixels;
+  }
+  result.rms = std::sqrt(result.rms);
+  return result;
+}
+
+// The errors of a patch hang together over its width, so one patch holds few independent ones of its coarse
+// octaves: hence the wide limits here; over many patches the studies narrow them.
+TEST(Fast, ErrorBarsHoldTheTruth) {
+  for (const double melanin : {0.03, 0.15}) {
+    Scene scene(melanin);
+    const FastOutcome fit = scene.Fit(AllParameters());
+    EXPECT_TRUE(fit.converged);
+    const ParameterSpace space(AllParameters());
+    for (int j = 0; j < space.count(); ++j) {
+      const Calibration z = Calibrate(fit, space, j, scene.truth);
+      const auto name = InfoOf(space.parameter(j)).name;
+      EXPECT_GT(z.rms, 0.5) << name << " in skin of C_m " << melanin;
+      EXPECT_LT(z.rms, 1.6) << name << " in skin of C_m " << melanin;
+      EXPECT_GT(z.within_2, 0.8) << name << " in skin of C_m " << melanin;
+    }
+  }
+}
+
+// Single pixels tell C_m within 3 to 5 % from 8 bands of 0.5 % noise, C_he within 10 to 15 %, C_hd within 13
+// to 59 % (Cramer-Rao bounds of light and medium skin without lateral transport, measured before). Maps that
+// vary smoothly are known better: neighbours tell as well.
+TEST(Fast, BeatsWhatSinglePixelsTell) {
+  Scene scene(0.05);
+  const FastOutcome fit = scene.Fit(AllParameters());
+  const auto error = [&](Parameter p) {
+    return testing::MedianRelativeError(fit.state.maps[p], scene.truth[p]);
   };
-  const FastOutcome outcome = FitCoarseToFine(data, model, space, maker, options, log);
-  const double adapted = AdaptedParameters(data, model, space, maker, options, outcome, log);
-  EXPECT_NEAR(adapted / (16 * 16), 1.0, 0.15);
+  EXPECT_LT(error(Parameter::kC_m), 0.02);
+  EXPECT_LT(error(Parameter::kC_he), 0.05);
+  EXPECT_LT(error(Parameter::kC_hd), 0.08);
+  EXPECT_LE(scene.log.renders_before, 30);
+}
+
+// Misfit per degree of freedom is that of the noise, whatever share of the parameters the data decide.
+TEST(Fast, DegreesOfFreedomMakeChi2One) {
+  for (const double noise : {0.002, 0.02}) {
+    Scene scene(0.05, noise);
+    const FastOutcome fit = scene.Fit(AllParameters());
+    const Misfit& misfit = fit.state.misfit;
+    EXPECT_NEAR(misfit.chi2 / (static_cast<double>(misfit.data_count) - fit.adapted_parameters), 1.0, 0.06)
+        << "noise " << noise;
+    EXPECT_GT(fit.adapted_parameters, 0.0);
+    EXPECT_LT(fit.adapted_parameters, 5.0 * 64 * 64);
+  }
+}
+
+// Noise twice as large as the stack says widens the error bars by as much.
+TEST(Fast, ScatterBeyondTheStatedNoiseWidensSigma) {
+  Scene scene(0.05, 0.01);
+  const FastOutcome honest = scene.Fit(AllParameters());
+  for (PlaneF& sigma : scene.data.sigma)
+    for (float& value : sigma.values()) value *= 0.5f;
+  const FastOutcome boastful = scene.Fit(AllParameters());
+  EXPECT_NEAR(boastful.detail.scatter[0], 4.0, 0.4);
+  const double ratio = std::sqrt(boastful.variance[0](30, 30) / honest.variance[0](30, 30));
+  EXPECT_NEAR(ratio, 1.0, 0.2);
+}
+
+TEST(Fast, SameMapsForAnyNumberOfThreads) {
+  Scene scene(0.05);
+  FastOutcome fits[2];
+  for (const int threads : {1, 3}) {
+    const ThreadLimit limit(threads);
+    fits[threads / 2] = scene.Fit(AllParameters());
+  }
+  for (const Parameter p : AllParameters())
+    for (std::size_t i = 0; i < scene.truth[p].size(); ++i)
+      ASSERT_EQ(fits[0].state.maps[p].data()[i], fits[1].state.maps[p].data()[i]);
+}
+
+// Sides that are no power of two, down to a single pixel.
+TEST(Fast, AnyShape) {
+  for (const auto& [width, height] : {std::pair{45, 33}, {7, 70}, {1, 1}}) {
+    const ForwardModel model = testing::MakeModel(testing::EightBands(), testing::Window(0.2));
+    const FitData data = testing::Prepared(
+        testing::NoisyStack(model, ParameterMaps(width, height, AverageSkin()), 0.005, 4));
+    FitOptions options;
+    RunLog log;
+    const FastOutcome fit = FitCoarseToFine(data, model, AllParameters(), kMaker, options, log);
+    EXPECT_TRUE(fit.converged) << width << " x " << height;
+    EXPECT_NEAR(fit.state.maps[Parameter::kC_m](0, 0), 0.06, 0.006) << width << " x " << height;
+  }
 }
 
 }  // namespace

@@ -71,7 +71,7 @@ TEST(FitStack, OneBandFitsMelaninAlone) {
   const FitResult result =
       FitStack(testing::NoisyStack(model, truth, 0.002, 8), FitOptions{}, testing::TestChromophores());
   EXPECT_THAT(result.free_parameters, ElementsAre(Parameter::kC_m));
-  EXPECT_THAT(result.decisions, Contains(HasSubstr("Only C_m is free")));
+  EXPECT_THAT(result.decisions, Contains(HasSubstr("The evidence asks for C_m to be free")));
   EXPECT_FLOAT_EQ(result.maps[Parameter::kC_hd](3, 3), 0.03f);
   EXPECT_EQ(result.sigma[Parameter::kC_hd](3, 3), 0.0f);
   EXPECT_LT(testing::MedianRelativeError(result.maps[Parameter::kC_m], truth[Parameter::kC_m]), 0.05);

@@ -24,7 +24,7 @@ TEST(LocalStart, RecoversUniformSkin) {
         value = static_cast<float>(model.LocalReflectance(b, truth, model.tissue().junction_absorbance));
     const FitData data = testing::Prepared(stack);
     const PatchProblem problem(data, model, ParameterSpace(testing::AllParameters()));
-    const ParameterVector found = ParametersAt(InvertLocally(problem, AverageSkin()), 5);
+    const SkinPoint found = problem.PointAt(InvertLocally(problem, AverageSkin()), 5);
     EXPECT_NEAR(found[0], truth[0], 0.01 * truth[0]);
     EXPECT_NEAR(found[1], truth[1], 0.02);
     EXPECT_NEAR(found[2], truth[2], 0.05 * truth[2]);
@@ -41,7 +41,7 @@ TEST(LocalStart, RespectsBounds) {
     for (PlaneF& plane : stack.reflectance) plane = PlaneF(3, 3, value);
     const FitData data = testing::Prepared(stack, 4);
     const PatchProblem problem(data, model, ParameterSpace(testing::AllParameters()));
-    const ParameterVector found = ParametersAt(InvertLocally(problem, AverageSkin()), 4);
+    const SkinPoint found = problem.PointAt(InvertLocally(problem, AverageSkin()), 4);
     for (int i = 0; i < kParameterCount; ++i) {
       EXPECT_GE(found[i], kParameters[i].lower - 1e-9);
       EXPECT_LE(found[i], kParameters[i].upper + 1e-6);
@@ -60,7 +60,7 @@ TEST(LocalStart, OneBandTellsMelanin) {
   stack.reflectance[0] = PlaneF(3, 3, static_cast<float>(reflectance));
   const FitData data = testing::Prepared(stack, 1);
   const PatchProblem problem(data, model, ParameterSpace({Parameter::kC_m}));
-  const ParameterVector found = ParametersAt(InvertLocally(problem, AverageSkin()), 4);
+  const SkinPoint found = problem.PointAt(InvertLocally(problem, AverageSkin()), 4);
   EXPECT_NEAR(found[0], 0.11, 0.001);
   EXPECT_FLOAT_EQ(static_cast<float>(found[4]), 0.03f);
 }

@@ -63,8 +63,9 @@ TEST(Uncertainty, DeepBloodUnderDarkSkinIsNotIdentifiable) {
     const FitData data = testing::Prepared(testing::NoisyStack(model, maps, 0.005, 1));
     PatchProblem problem(data, model, ParameterSpace(testing::AllParameters()));
     const FitState state = problem.StateOf(maps);
-    EXPECT_EQ((FlagsOf(problem, state)(1, 1) & kFlagNotIdentifiable) != 0, melanin > 0.2);
-    EXPECT_LT(StandardDeviations(problem, state)[Parameter::kC_m](1, 1), 0.15 * melanin);
+    const ParameterMaps sigma = StandardDeviations(problem, state);
+    EXPECT_EQ((FlagsOf(problem, state, sigma)(1, 1) & kFlagNotIdentifiable) != 0, melanin > 0.2);
+    EXPECT_LT(sigma[Parameter::kC_m](1, 1), 0.15 * melanin);
   }
 }
 
@@ -79,7 +80,8 @@ TEST(Uncertainty, FlagsNameWhatHappened) {
   for (PlaneF& plane : stack.reflectance) plane(3, 0) = std::nanf("");
   const FitData data = testing::Prepared(stack, 2);
   PatchProblem problem(data, model, ParameterSpace({Parameter::kC_m, Parameter::kC_hd}));
-  const Plane<std::uint32_t> flags = FlagsOf(problem, problem.StateOf(maps));
+  const FitState state = problem.StateOf(maps);
+  const Plane<std::uint32_t> flags = FlagsOf(problem, state, StandardDeviations(problem, state));
   EXPECT_EQ(flags(0, 0), kFlagAtBound);
   EXPECT_EQ(flags(1, 0), kFlagNotConverged);
   EXPECT_EQ(flags(2, 0), kFlagNotConverged | kFlagOutsideValidity);
