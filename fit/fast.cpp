@@ -6,6 +6,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/parallel.h"
 #include "fit/local_start.h"
 #include "fit/octave_solver.h"
 #include "fit/resample.h"
@@ -27,14 +28,14 @@ std::vector<int> Sizes(int size) {
   return sizes;
 }
 
-// Skins from the patch's lightest to its darkest: means of the pixels around three quantiles of melanin.
+// Skins from the patch's lightest to its darkest: means of the pixels around two quantiles of melanin.
 std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const ParameterMaps& maps) {
   std::vector<std::pair<float, std::size_t>> by_melanin;
   for (std::size_t i = 0; i < problem.data().fitted.size(); ++i)
     if (problem.data().fitted.data()[i]) by_melanin.emplace_back(maps[Parameter::kC_m].data()[i], i);
   std::sort(by_melanin.begin(), by_melanin.end());
   std::vector<ParameterVector> skins;
-  for (const double quantile : {0.02, 0.5, 0.98}) {
+  for (const double quantile : {0.02, 0.98}) {
     const auto middle = static_cast<std::size_t>(quantile * static_cast<double>(by_melanin.size() - 1));
     const std::size_t reach = by_melanin.size() / 64;
     const std::size_t begin = middle - std::min(middle, reach);
@@ -54,16 +55,18 @@ class SizeFit {
   SizeFit(PatchProblem& problem, DetailView detail, const SkinPoint& fixed)
       : problem_(problem), detail_(detail), fixed_(fixed) {}
 
-  // Steps until the maps rest; true where they do.
-  bool Refine(FitState& state, double rest, RunLog& log) {
+  // Steps until the maps rest; `last` is the last of them.
+  bool Refine(FitState& state, double rest, RunLog& log, OctaveStep& last) {
     for (int step = 0; step < kMaxSteps; ++step) {
-      const OctaveStep next = Estimate(state);
-      Take(next, state);
+      last = Estimate(state);
+      Take(last, state);
       log.Add(state.misfit, problem_.space().count(), problem_.renders());
-      if (next.move < rest) return true;
+      if (last.move < rest) return true;
     }
     return false;
   }
+
+ private:
 
   // What data and prior ask for at a state, the prior estimated on the way. Estimating takes a few passes
   // that cost no render; in large sizes, which begin with the estimates of smaller ones, one.
@@ -78,7 +81,6 @@ class SizeFit {
     return step;
   }
 
- private:
   void Take(const OctaveStep& step, FitState& state) {
     const Misfit before = state.misfit;
     double share = 1.0;
@@ -96,6 +98,19 @@ class SizeFit {
   DetailView detail_;
   SkinPoint fixed_;
 };
+
+// The maps at the problem's size, twice theirs: what they mean over areas is kept.
+ParameterMaps Enlarged(const PatchProblem& problem, const ParameterMaps& maps) {
+  const GridShape shape{problem.data().width(), problem.data().height()};
+  ParameterMaps large;
+  ParallelFor(kParameterCount, [&](int i) { large.planes[i] = Double(maps.planes[i], shape); });
+  for (const PlaneF& plane : maps.junction_absorbance)
+    large.junction_absorbance.push_back(Double(plane, shape));
+  for (const Parameter p : problem.space().free())
+    for (float& value : large.Unknown(p).values())
+      value = std::clamp(value, static_cast<float>(InfoOf(p).lower), static_cast<float>(InfoOf(p).upper));
+  return large;
+}
 
 // Values of what a candidate does not free.
 SkinPoint FixedBy(const Candidate& candidate, SkinPoint fixed) {
@@ -168,7 +183,8 @@ class CoarseToFine {
     if (!choose) return;
     outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
     const DetailView detail = ViewFrom(outcome_.detail, first);
-    SizeFit(problem, detail, outcome_.fixed).Refine(outcome_.state, kCoarseRest, log_);
+    OctaveStep last;
+    SizeFit(problem, detail, outcome_.fixed).Refine(outcome_.state, kCoarseRest, log_, last);
     outcome_.candidates =
         ChooseCandidates(problem, outcome_.state, detail, outcome_.fixed, data.band_count());
     if (LacksBands(outcome_.candidates, data.band_count())) all_detail_ = outcome_.detail;
@@ -186,17 +202,17 @@ class CoarseToFine {
     const DetailView detail = ViewFrom(outcome_.detail, first);
     ParameterMaps& start = outcome_.state.maps;
     if (start.width() != data.width() || start.height() != data.height()) {
-      start = ResizeLinear(start, data.width(), data.height());
+      start = Enlarged(problem, start);
       for (int j = 0; j < problem.space().count(); ++j)
         detail.prior[0][j] = GuessedVariance(detail.prior, 0, j);
     }
     outcome_.state = problem.StateOf(std::move(start));
     log_.Add(outcome_.state.misfit, problem.space().count(), problem.renders());
-    SizeFit fit(problem, detail, outcome_.fixed);
-    outcome_.converged = fit.Refine(outcome_.state, finest ? kRest : kCoarseRest, log_);
+    OctaveStep last;
+    outcome_.converged = SizeFit(problem, detail, outcome_.fixed)
+                             .Refine(outcome_.state, finest ? kRest : kCoarseRest, log_, last);
     log_.renders_before += problem.renders();
     if (!finest) return;
-    OctaveStep last = fit.Estimate(outcome_.state);
     outcome_.variance = all_detail_ ? VarianceOfAll(data, model, first) : std::move(last.variance);
     outcome_.adapted_parameters = last.adapted_parameters;
   }

@@ -3,6 +3,7 @@
 #include "fit/octave_solver.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <utility>
 
@@ -36,6 +37,9 @@ struct Sofar {
   }
 };
 
+// Of the finest octave one of so many pairs of rows is looked at for how far residuals scatter.
+constexpr int kSampledRows = 4;
+
 // One octave's system in every pixel.
 class LevelSolver {
  public:
@@ -43,10 +47,10 @@ class LevelSolver {
               const DetailView& model, const SkinPoint& fixed)
       : problem_(problem),
         level_(levels[index]),
-        blur_(index + 1 < static_cast<int>(levels.size()) ? BlurOf(model, index) : nullptr),
         prior_(model.prior[index]),
-        fixed_(fixed),
         top_(index + 1 == static_cast<int>(levels.size())),
+        finest_(index == 0),
+        maker_(problem, level_, top_ ? nullptr : BlurOf(model, index), fixed),
         share_(top_ ? 1.0 : kDetailShare),
         noise_(level_.noise_inflation * model.scatter[index]) {}
 
@@ -67,18 +71,21 @@ class LevelSolver {
     if (!top_) ParallelFor(count, [&](int j) { change_[j] = DetailOf(change_[j]); });
     AddAll(change_, sofar.change);
     AddAll(variance_, sofar.variance);
-    ForEachPixel([&](int, std::size_t i, std::span<OctaveRow> rows) { Answer(i, rows, sofar); });
+    ForEachPixel([&](int, std::size_t i, std::span<OctaveRow> rows) { Answer(i, rows, sofar); },
+                 finest_ ? kSampledRows : 1);
     return Statistics(determined, sofar);
   }
 
  private:
+  // Pairs of rows, one of `every` of them.
   template <class Body>
-  void ForEachPixel(const Body& body) const {
+  void ForEachPixel(const Body& body, int every = 1) const {
     ParallelFor(level_.shape.height, [&](int y) {
+      if (y / 2 % every != 0) return;
       std::vector<OctaveRow> rows(level_.weight.size());
       const std::size_t begin = static_cast<std::size_t>(y) * level_.shape.width;
       for (std::size_t i = begin; i < begin + level_.shape.width; ++i) {
-        FillRows(problem_, level_, blur_, fixed_, i, rows);
+        maker_.Fill(i, rows);
         body(y, i, std::span(rows));
       }
     });
@@ -137,31 +144,57 @@ class LevelSolver {
       for (const FreeVector& row : determined) statistics.determined[j] += row[j];
       adapted += share_ * statistics.determined[j];
     }
-    std::vector<DetailStatistics> of_band(level_.residual.size());
-    ParallelFor(static_cast<int>(of_band.size()), [&](int b) {
-      PlaneF left = level_.residual[b];
-      for (std::size_t i = 0; i < left.size(); ++i) left.data()[i] -= sofar.answered[b].data()[i];
-      if (!top_) left = DetailOf(left);
-      for (std::size_t i = 0; i < left.size(); ++i) {
-        const double weight = level_.weight[b].data()[i] / level_.noise_inflation;
-        of_band[b].residual_squares += weight * left.data()[i] * left.data()[i];
-        of_band[b].residual_count += weight > 0.0 ? share_ : 0.0;
-      }
-    });
-    for (const DetailStatistics& band : of_band) {
-      statistics.residual_squares += band.residual_squares;
-      statistics.residual_count += band.residual_count;
-    }
+    AddResiduals(sofar, statistics);
     statistics.residual_count = std::max(statistics.residual_count - adapted, 0.0);
     return statistics;
   }
 
+  // What stays unanswered, by its distance from the mean of 2 x 2 pixels. The rows that Answer() saw stand
+  // for all.
+  void AddResiduals(const Sofar& sofar, DetailStatistics& statistics) const {
+    const int every = finest_ ? kSampledRows : 1, width = level_.shape.width, height = level_.shape.height;
+    std::vector<std::array<double, 2>> of_band(level_.residual.size());
+    std::size_t seen_rows = 0;
+    for (int y = 0; y < height; ++y) seen_rows += y / 2 % every == 0;
+    ParallelFor(static_cast<int>(of_band.size()), [&](int b) {
+      for (int y = 0; y < height; y += 2 * every)
+        for (int x = 0; x < width; x += 2) {
+          const auto [squares, count] = BlockResidual(b, x, y, sofar.answered[b]);
+          of_band[b][0] += squares;
+          of_band[b][1] += count;
+        }
+    });
+    const double all = static_cast<double>(height) / static_cast<double>(seen_rows);
+    for (const auto& [squares, count] : of_band) {
+      statistics.residual_squares += all * squares;
+      statistics.residual_count += all * count;
+    }
+  }
+
+  // Sum of squares over noise of 2 x 2 pixels (fewer at a border) about their mean, and its expectation.
+  std::array<double, 2> BlockResidual(int band, int x, int y, const PlaneF& answered) const {
+    double weights = 0.0, sum = 0.0, squares = 0.0;
+    int count = 0;
+    for (int v = y; v < std::min(y + 2, level_.shape.height); ++v)
+      for (int u = x; u < std::min(x + 2, level_.shape.width); ++u) {
+        const double weight = level_.weight[band](u, v) / level_.noise_inflation;
+        if (weight <= 0.0) continue;
+        const double left = static_cast<double>(level_.residual[band](u, v)) - answered(u, v);
+        weights += weight;
+        sum += weight * left;
+        squares += weight * left * left;
+        ++count;
+      }
+    if (count == 0) return {0.0, 0.0};
+    return top_ ? std::array{squares, 1.0 * count}
+                : std::array{std::max(squares - sum * sum / weights, 0.0), count - 1.0};
+  }
+
   const PatchProblem& problem_;
   const OctaveLevel& level_;
-  const std::vector<BlurCurve>* blur_;
   const FreeVector& prior_;
-  const SkinPoint& fixed_;
-  bool top_;
+  bool top_, finest_;
+  RowMaker maker_;
   double share_;  // of the pixels' dimensions that this octave's details span
   double noise_;  // variance of the noise over what `weight` says
   std::vector<PlaneF> change_, variance_;
@@ -173,34 +206,38 @@ const std::vector<BlurCurve>* BlurOf(const DetailView& model, std::size_t octave
   return octave < model.blur.size() ? &model.blur[octave] : nullptr;
 }
 
-void FillRows(const PatchProblem& problem, const OctaveLevel& level, const std::vector<BlurCurve>* blur,
-              const SkinPoint& fixed, std::size_t pixel, std::span<OctaveRow> rows) {
-  const ParameterSpace& space = problem.space();
-  SkinPoint point = fixed;
+RowMaker::RowMaker(const PatchProblem& problem, const OctaveLevel& level, const std::vector<BlurCurve>* blur,
+                   const SkinPoint& fixed)
+    : space_(problem.space()), level_(level), blur_(blur), fixed_(fixed) {
+  for (const BandOptics& optics : problem.model().optics())
+    absorbers_.push_back(optics.nodes[optics.center].absorbers);
+}
+
+void RowMaker::Fill(std::size_t pixel, std::span<OctaveRow> rows) const {
+  SkinPoint point = fixed_;
   FreeVector position{};
-  for (int j = 0; j < space.count(); ++j) position[j] = level.position[j].data()[pixel];
-  space.ToParameters(position, point);
+  for (int j = 0; j < space_.count(); ++j) position[j] = level_.position[j].data()[pixel];
+  space_.ToParameters(position, point);
   const ParameterVector p = TableOne(point);
   for (std::size_t b = 0; b < rows.size(); ++b) {
-    const BandOptics& optics = problem.model().optics()[b];
-    const Absorbers& absorbers = optics.nodes[optics.center].absorbers;
-    const BlurShare seen = blur ? (*blur)[b].At(absorbers.MuAEpidermis(p)) : BlurShare{};
+    const Absorbers& absorbers = absorbers_[b];
+    const BlurShare seen = blur_ ? (*blur_)[b].At(absorbers.MuAEpidermis(p)) : BlurShare{};
     const ParameterVector of_epidermis = absorbers.MuAEpidermisGradient(p);
     const ParameterVector of_dermis = absorbers.MuADermisGradient(p);
-    const double epidermis = level.epidermis[b].data()[pixel], dermis = level.dermis[b].data()[pixel];
+    const float epidermis = level_.epidermis[b].data()[pixel], dermis = level_.dermis[b].data()[pixel];
     rows[b].epidermis_share = seen.epidermis;
-    for (int j = 0; j < space.count(); ++j) {
-      const int k = static_cast<int>(space.parameter(j));
-      double above = 0.0, below = 0.0, between = 0.0;
+    for (int j = 0; j < space_.count(); ++j) {
+      const int k = static_cast<int>(space_.parameter(j));
+      const auto scale = static_cast<float>(space_.scale(j));
+      float above = 0.0f, below = 0.0f, between = 0.0f;
       if (k < kParameterCount) {
-        above = epidermis * of_epidermis[k] * space.scale(j);
-        below = dermis * of_dermis[k] * space.scale(j);
+        above = epidermis * static_cast<float>(of_epidermis[k]) * scale;
+        below = dermis * static_cast<float>(of_dermis[k]) * scale;
       } else {
-        between = level.junction[b].data()[pixel] * space.scale(j);
+        between = level_.junction[b].data()[pixel] * scale;
       }
-      rows[b].unblurred[j] = static_cast<float>(above + below + between);
-      rows[b].blurred[j] =
-          static_cast<float>(seen.epidermis * above + seen.dermis * below + seen.junction * between);
+      rows[b].unblurred[j] = above + below + between;
+      rows[b].blurred[j] = seen.epidermis * above + seen.dermis * below + seen.junction * between;
     }
   }
 }

@@ -31,10 +31,22 @@ struct OctaveRow {
   float blurred[kUnknownCount], unblurred[kUnknownCount];
   float epidermis_share;
 };
-// Of all bands at a pixel of an octave. `fixed`: of what is not free.
-void FillRows(const PatchProblem& problem, const OctaveLevel& level,
-              const std::vector<BlurCurve>* blur,  // [band]; null: not blurred
-              const SkinPoint& fixed, std::size_t pixel, std::span<OctaveRow> rows);
+// Makes the rows of an octave's pixels.
+class RowMaker {
+ public:
+  // `blur`: [band], null: not blurred. `fixed`: of what is not free.
+  RowMaker(const PatchProblem& problem, const OctaveLevel& level, const std::vector<BlurCurve>* blur,
+           const SkinPoint& fixed);
+  // Of all bands.
+  void Fill(std::size_t pixel, std::span<OctaveRow> rows) const;
+
+ private:
+  const ParameterSpace& space_;
+  const OctaveLevel& level_;
+  const std::vector<BlurCurve>* blur_;
+  SkinPoint fixed_;
+  std::vector<Absorbers> absorbers_;  // [band]
+};
 // The octave's curves, or null where it is not blurred.
 const std::vector<BlurCurve>* BlurOf(const DetailView& model, std::size_t octave);
 

@@ -48,8 +48,9 @@ std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState&
     octave.variance.resize(count);
     for (int j = 0; j < count; ++j) octave.variance[j] = detail.prior[l][j] / octave.share;
     octave.pixels.resize(levels[l].shape.size());
+    const RowMaker maker(problem, levels[l], top ? nullptr : BlurOf(detail, l), fixed);
     for (std::size_t i = 0; i < octave.pixels.size(); ++i) {
-      FillRows(problem, levels[l], top ? nullptr : BlurOf(detail, l), fixed, i, rows);
+      maker.Fill(i, rows);
       PixelEvidence& pixel = octave.pixels[i];
       pixel.normal = Matrix::Zero(count, count);
       Vector estimate(count);

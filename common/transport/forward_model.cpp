@@ -23,9 +23,13 @@ struct ForwardModel::Impl {
   ImagingConditions conditions;
   ForwardOptions options;
   float exit_angle_factor = 1.0f;
-  std::vector<BandOptics> optics;
-  std::vector<std::vector<LocalTotals>> totals;  // [band][node]
-  std::vector<FilterWidth> widths;               // [band]
+  // Megabytes a band, shared by the models made with With().
+  struct Tables {
+    std::vector<BandOptics> optics;
+    std::vector<std::vector<LocalTotals>> totals;  // [band][node]
+    std::vector<FilterWidth> widths;               // [band]
+  };
+  std::shared_ptr<const Tables> tables;
 
   PathPlans plans;
   std::mutex mutex;
@@ -38,6 +42,7 @@ struct ForwardModel::Impl {
   void RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light, bool keep,
                  const Use& use);
   void CheckDerivatives() const;
+  static void SetTerms(const TissueConfig& tissue, int terms, std::vector<BandOptics>& optics);
   std::unique_ptr<Impl> Copy(const ImagingConditions& under, const ForwardOptions& with) const;
 };
 
@@ -70,7 +75,8 @@ void ForwardModel::Impl::RenderAnd(int band, const ParameterMaps& maps, std::spa
                                    bool keep, const Use& use) {
   std::unique_ptr<BandRenderer> renderer = Take(maps.width(), maps.height());
   const PlaneF* lit = light.empty() ? nullptr : &light[light.size() == 1 ? 0 : band];
-  PlaneF out = renderer->Render(optics[band], totals[band], widths[band], maps, JunctionOf(band, maps),
+  PlaneF out = renderer->Render(tables->optics[band], tables->totals[band], tables->widths[band], maps,
+                                JunctionOf(band, maps),
                                 tissue.junction_absorbance, lit, keep);
   if (exit_angle_factor != 1.0f) Scaled(out, exit_angle_factor, out);
   use(*renderer, std::move(out));
@@ -89,17 +95,24 @@ ForwardModel::ForwardModel(const Chromophores& chromophores, const ProfileSource
   impl_->options = options;
   impl_->exit_angle_factor =
       static_cast<float>(ExitAngleFactor(conditions.geometry, tissue.n_outside, tissue.n_epidermis));
-  impl_->optics =
+  auto tables = std::make_shared<Impl::Tables>();
+  tables->optics =
       BuildBandOptics(chromophores, source, tissue, bands, options.full_band_integration, progress);
-  for (BandOptics& band : impl_->optics) {
-    band.terms = options.terms == kAutomaticTerms ? AutomaticTerms(band, tissue) : options.terms;
-    std::vector<LocalTotals>& totals = impl_->totals.emplace_back();
+  Impl::SetTerms(tissue, options.terms, tables->optics);
+  for (const BandOptics& band : tables->optics) {
+    std::vector<LocalTotals>& totals = tables->totals.emplace_back();
     for (const BandOptics::Node& node : band.nodes) totals.emplace_back(node.tables);
   }
-  impl_->widths.resize(bands.size());
+  tables->widths.resize(bands.size());
   ParallelFor(static_cast<int>(bands.size()), [&](int band) {
-    if (!options.full_band_integration) impl_->widths[band] = FilterWidth(impl_->optics[band]);
+    if (!options.full_band_integration) tables->widths[band] = FilterWidth(tables->optics[band]);
   });
+  impl_->tables = std::move(tables);
+}
+
+void ForwardModel::Impl::SetTerms(const TissueConfig& tissue, int terms, std::vector<BandOptics>& optics) {
+  for (BandOptics& band : optics)
+    band.terms = terms == kAutomaticTerms ? AutomaticTerms(band, tissue) : terms;
 }
 
 ForwardModel::ForwardModel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -107,7 +120,7 @@ ForwardModel::ForwardModel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) 
 std::unique_ptr<ForwardModel::Impl> ForwardModel::Impl::Copy(const ImagingConditions& under,
                                                              const ForwardOptions& with) const {
   std::vector<Band> bands;
-  for (const BandOptics& band : optics) bands.push_back(band.band);
+  for (const BandOptics& band : tables->optics) bands.push_back(band.band);
   CheckModelInputs(bands, under, with);
   auto impl = std::make_unique<Impl>();
   impl->tissue = tissue;
@@ -115,11 +128,12 @@ std::unique_ptr<ForwardModel::Impl> ForwardModel::Impl::Copy(const ImagingCondit
   impl->options = with;
   impl->exit_angle_factor =
       static_cast<float>(ExitAngleFactor(under.geometry, tissue.n_outside, tissue.n_epidermis));
-  impl->optics = optics;
-  for (BandOptics& band : impl->optics)
-    band.terms = with.terms == kAutomaticTerms ? AutomaticTerms(band, tissue) : with.terms;
-  impl->totals = totals;
-  impl->widths = widths;
+  impl->tables = tables;
+  if (with.terms != options.terms) {
+    auto other = std::make_shared<Tables>(*tables);
+    SetTerms(tissue, with.terms, other->optics);
+    impl->tables = std::move(other);
+  }
   return impl;
 }
 
@@ -136,7 +150,7 @@ ForwardModel::~ForwardModel() = default;
 ForwardModel::ForwardModel(ForwardModel&&) noexcept = default;
 
 int ForwardModel::band_count() const {
-  return static_cast<int>(impl_->optics.size());
+  return static_cast<int>(impl_->tables->optics.size());
 }
 const ImagingConditions& ForwardModel::conditions() const {
   return impl_->conditions;
@@ -148,7 +162,7 @@ const TissueConfig& ForwardModel::tissue() const {
   return impl_->tissue;
 }
 const std::vector<BandOptics>& ForwardModel::optics() const {
-  return impl_->optics;
+  return impl_->tables->optics;
 }
 
 std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<const PlaneF> light,
@@ -194,7 +208,7 @@ std::vector<PlaneF> ForwardModel::Tangent(const ParameterMaps& maps, const Param
   std::vector<PlaneF> changes(band_count());
   ParallelFor(band_count(), [&](int band) {
     impl_->RenderAnd(band, maps, light, true, [&](BandRenderer& renderer, const PlaneF&) {
-      changes[band] = renderer.Tangent(impl_->optics[band], impl_->widths[band], maps, change,
+      changes[band] = renderer.Tangent(impl_->tables->optics[band], impl_->tables->widths[band], maps, change,
                                        Impl::JunctionOf(band, change));
       Scaled(changes[band], impl_->exit_angle_factor, changes[band]);
     });
@@ -213,7 +227,7 @@ ParameterMaps ForwardModel::Transpose(const ParameterMaps& maps, const WeighFunc
     impl_->RenderAnd(band, maps, light, true, [&](BandRenderer& renderer, const PlaneF& reflectance) {
       PlaneF weights = weigh(band, reflectance);
       Scaled(weights, impl_->exit_angle_factor, weights);
-      renderer.Transpose(impl_->optics[band], impl_->widths[band], maps, std::move(weights), of_band[band],
+      renderer.Transpose(impl_->tables->optics[band], impl_->tables->widths[band], maps, std::move(weights), of_band[band],
                          junction[band]);
     });
   });
@@ -234,7 +248,7 @@ ParameterMaps ForwardModel::Transpose(const ParameterMaps& maps, const WeighFunc
 double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double junction_absorbance) const {
   assert(band >= 0 && band < band_count());
   double reflectance = 0.0;
-  for (const BandOptics::Node& node : impl_->optics[band].nodes) {
+  for (const BandOptics::Node& node : impl_->tables->optics[band].nodes) {
     reflectance +=
         node.weight * node.tables.TotalReflectance(node.absorbers.MuAEpidermis(p),
                                                    node.absorbers.MuADermis(p), junction_absorbance);
@@ -247,7 +261,7 @@ double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double
   assert(band >= 0 && band < band_count());
   double reflectance = 0.0;
   gradient.fill(0.0);
-  for (const BandOptics::Node& node : impl_->optics[band].nodes) {
+  for (const BandOptics::Node& node : impl_->tables->optics[band].nodes) {
     const auto total = node.tables.TotalReflectanceDerivatives(
         node.absorbers.MuAEpidermis(p), node.absorbers.MuADermis(p), junction_absorbance);
     const ParameterVector epidermis = node.absorbers.MuAEpidermisGradient(p);
@@ -264,7 +278,7 @@ double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double
 LogSensitivity ForwardModel::LocalSensitivity(int band, const ParameterVector& p,
                                               double junction_absorbance) const {
   assert(band >= 0 && band < band_count());
-  const BandOptics::Node& node = impl_->optics[band].nodes[impl_->optics[band].center];
+  const BandOptics::Node& node = impl_->tables->optics[band].nodes[impl_->tables->optics[band].center];
   const auto total = node.tables.TotalReflectanceDerivatives(
       node.absorbers.MuAEpidermis(p), node.absorbers.MuADermis(p), junction_absorbance);
   return {total.d_mu_a_epidermis / total.reflectance, total.d_mu_a_dermis / total.reflectance,
