@@ -72,7 +72,7 @@ class SizeFit {
   // that cost no render; in large sizes, which begin with the estimates of smaller ones, one.
   OctaveStep Estimate(const FitState& state) {
     const std::vector<OctaveLevel> levels = LineariseInOctaves(problem_, state);
-    const int passes = state.maps.width() <= 64 ? 4 : state.maps.width() <= 128 ? 2 : 1;
+    const int passes = state.maps.width() <= 32 ? 4 : state.maps.width() <= 64 ? 2 : 1;
     OctaveStep step;
     for (int pass = 0; pass < passes; ++pass) {
       step = SolveInOctaves(problem_, levels, detail_, fixed_);
