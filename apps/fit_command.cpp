@@ -32,7 +32,7 @@ void AddOptions(CLI::App& app, FitArguments& args) {
                  "own: dermap fit SPECTRA.csv --help")
       ->required();
   app.add_option("-o,--output", args.output, "The fit folder to write")->required();
-  app.add_option("--method", args.method, "fast (default) | descent");
+  app.add_option("--method", args.method, "fast (default) | descent | ceres (the reference)");
   app.add_option("--start", args.start,
                  "descent starts from: average (default, [D08 6.3]) | local inversion");
   app.add_option("--metric", args.metric, "descent steps along: curvature (default) | plain gradient");

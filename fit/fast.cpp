@@ -3,6 +3,7 @@
 #include "fit/fast.h"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <utility>
 
@@ -215,6 +216,13 @@ class CoarseToFine {
     if (!finest) return;
     outcome_.variance = all_detail_ ? VarianceOfAll(data, model, first) : std::move(last.variance);
     outcome_.adapted_parameters = last.adapted_parameters;
+    for (std::size_t l = 0; l < last.statistics.size(); ++l) {
+      FreeVector& spread = outcome_.spread.emplace_back(FreeVector{});
+      for (int j = 0; j < problem.space().count(); ++j) {
+        const double undecided = 1.0 - last.statistics[l].determined[j] / last.statistics[l].pixels;
+        spread[j] = std::sqrt(detail.prior[l][j] * std::clamp(undecided, 1e-6, 1.0));
+      }
+    }
   }
 
   // Variances of what is free where nothing is held fixed: with too few bands the value of what is fixed is

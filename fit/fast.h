@@ -24,6 +24,7 @@ struct FastOutcome {
   SkinPoint fixed{};                  // values of what is not free
   std::vector<Candidate> candidates;  // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
+  std::vector<FreeVector> spread;   // [octave][free parameter], standard deviations, scaled units
   std::vector<PlaneF> variance;     // of each free parameter, scaled units
   double adapted_parameters = 0.0;  // degrees of freedom of the fitted model
 };

@@ -11,6 +11,7 @@
 
 #include "common/core/parallel.h"
 #include "common/optics/profile_source.h"
+#include "fit/ceres_reference.h"
 #include "fit/descent.h"
 #include "fit/fast.h"
 #include "fit/local_start.h"
@@ -119,6 +120,36 @@ Outcome RunFast(const FitData& data, const ForwardModel& model, const ModelMaker
           fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
 }
 
+// The reference takes over what the fast fit found to be free, and how much detail there is. On small patches
+// it starts where the fast fit starts, from the closed-form inversion; on others, where gradients alone lead,
+// from the fast fit's maps, whose objective it can only lower.
+Outcome RunReference(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
+                     const FitOptions& options, RunLog& log) {
+  FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
+  if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
+  PatchProblem problem(data, model, ParameterSpace(fast.free));
+  const DetailView detail = ViewFrom(fast.detail, 0);
+  const Posterior posterior(problem, detail, fast.fixed);
+  const double objective = posterior.Value(posterior.PositionOf(fast.state.maps));
+  const bool dense = data.fitted.size() <= kDensePixels;
+  const ParameterMaps start = dense ? InvertLocally(problem, TableOne(fast.fixed)) : fast.state.maps;
+  ReferenceOutcome reference =
+      dense ? MinimiseDense(posterior, detail, start, options.max_iterations, log)
+            : MinimiseByGradient(posterior, start, fast.spread, options.max_iterations, log);
+  log.Decide(Format("%s ended at an objective of %.1f after %d evaluations; the fast fit's maps have %.1f.",
+                    dense ? "Levenberg-Marquardt with the dense Jacobian" : "L-BFGS with the adjoint",
+                    reference.objective, reference.evaluations, objective));
+  FitState state = problem.StateOf(std::move(reference.maps));
+  log.renders_before += problem.renders() + reference.evaluations;
+  log.Add(state.misfit, problem.space().count(), 0);
+  return {std::move(fast.free),
+          std::move(state),
+          reference.converged,
+          fast.adapted_parameters,
+          dense ? std::move(reference.variance) : std::move(fast.variance),
+          std::move(fast.candidates)};
+}
+
 void FillMisfit(const Outcome& outcome, FitResult& result) {
   const Misfit& misfit = outcome.state.misfit;
   result.rms_residual = misfit.rms;
@@ -159,8 +190,8 @@ ForwardOptions ForwardOptionsFor(const FitData& data, const FitOptions& options,
   ForwardOptions forward = options.forward;
   if (options.tolerance > 0.0) {
     forward.tolerance = options.tolerance;
-  } else if (options.method == FitMethod::kDescent) {
-    // What is left out must not jump by more than a forward difference changes.
+  } else if (options.method != FitMethod::kFast) {
+    // What is left out must not jump by more than a forward difference or a line search's step changes.
     forward.tolerance = kDescentTolerance;
   } else {
     forward.tolerance = std::clamp(0.1 * MedianRelativeNoise(data), kSmallestTolerance, kLargestTolerance);
@@ -208,7 +239,7 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   RunLog log(progress);
   Validate(options.tissue);
   // The evidence chooses later, or the number of bands now.
-  const bool by_evidence = options.method == FitMethod::kFast && options.free_parameters.empty();
+  const bool by_evidence = options.method != FitMethod::kDescent && options.free_parameters.empty();
   std::vector<std::string> said;
   const std::vector<Parameter> free = ChooseFreeParameters(
       options.free_parameters, static_cast<int>(stack.bands.size()), by_evidence ? said : log.decisions);
@@ -231,9 +262,12 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
         Format("Sigma was widened by %g of the reflectance for the averaging of areas.", kReductionError));
   }
   const ForwardModel model = make_model(data.conditions);
-  Outcome outcome = options.method == FitMethod::kDescent
-                        ? RunDescent(data, model, free, options, log)
-                        : RunFast(data, model, make_model, options, log);
+  Outcome outcome;
+  switch (options.method) {
+    case FitMethod::kFast: outcome = RunFast(data, model, make_model, options, log); break;
+    case FitMethod::kDescent: outcome = RunDescent(data, model, free, options, log); break;
+    case FitMethod::kCeres: outcome = RunReference(data, model, make_model, options, log); break;
+  }
   const PatchProblem problem(data, model, ParameterSpace(outcome.free));
   return Collect(problem, data, std::move(outcome), options, log);
 }

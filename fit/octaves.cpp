@@ -50,6 +50,23 @@ struct MeanSolver {
   }
 };
 
+// The transposed system along both axes: the factors in the other order.
+void SolveTransposed(PlaneF& plane, const MeanSolver& along_x, const MeanSolver& along_y) {
+  const int width = plane.width(), height = plane.height();
+  for (int y = 0; y < height; ++y) {
+    float* row = plane.Row(y);
+    row[0] *= along_x.pivot[0];
+    for (int x = 1; x < width; ++x) row[x] = (row[x] - along_x.upper[x - 1] * row[x - 1]) * along_x.pivot[x];
+    for (int x = width - 2; x >= 0; --x) row[x] -= along_x.lower[x + 1] * row[x + 1];
+  }
+  for (int x = 0; x < width; ++x) plane(x, 0) *= along_y.pivot[0];
+  for (int y = 1; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      plane(x, y) = (plane(x, y) - along_y.upper[y - 1] * plane(x, y - 1)) * along_y.pivot[y];
+  for (int y = height - 2; y >= 0; --y)
+    for (int x = 0; x < width; ++x) plane(x, y) -= along_y.lower[y + 1] * plane(x, y + 1);
+}
+
 void SolveAlongX(PlaneF& plane, const MeanSolver& solver) {
   const int n = plane.width();
   for (int y = 0; y < plane.height(); ++y) {
@@ -114,6 +131,41 @@ PlaneF Interpolate(const PlaneF& coarse, GridShape fine) {
     float* row = out.Row(y);
     for (int x = 0; x < fine.width; ++x) row[x] = 0.75f * near_row[x] + 0.25f * far_row[x];
   }
+  return out;
+}
+
+PlaneF HalveTransposed(const PlaneF& coarse, GridShape fine) {
+  PlaneF out(fine.width, fine.height);
+  for (int y = 0; y < fine.height; ++y)
+    for (int x = 0; x < fine.width; ++x) {
+      const bool lone_x = x % 2 == 0 && x + 1 == fine.width, lone_y = y % 2 == 0 && y + 1 == fine.height;
+      out(x, y) = coarse(x / 2, y / 2) * (lone_x ? 1.0f : 0.5f) * (lone_y ? 1.0f : 0.5f);
+    }
+  return out;
+}
+
+PlaneF DoubleTransposed(const PlaneF& fine) {
+  const int width = (fine.width() + 1) / 2, height = (fine.height() + 1) / 2;
+  PlaneF out(width, height);
+  for (int y = 0; y < fine.height(); ++y) {
+    const int near_y = y / 2, far_y = std::clamp(y % 2 == 0 ? near_y - 1 : near_y + 1, 0, height - 1);
+    for (int x = 0; x < fine.width(); ++x) {
+      const int near_x = x / 2, far_x = std::clamp(x % 2 == 0 ? near_x - 1 : near_x + 1, 0, width - 1);
+      const float value = fine(x, y);
+      out(near_x, near_y) += 0.5625f * value;
+      out(far_x, near_y) += 0.1875f * value;
+      out(near_x, far_y) += 0.1875f * value;
+      out(far_x, far_y) += 0.0625f * value;
+    }
+  }
+  SolveTransposed(out, MeanSolver(width, fine.width()), MeanSolver(height, fine.height()));
+  return out;
+}
+
+PlaneF DetailTransposed(const PlaneF& plane) {
+  const PlaneF means = HalveTransposed(DoubleTransposed(plane), {plane.width(), plane.height()});
+  PlaneF out = plane;
+  for (std::size_t i = 0; i < out.size(); ++i) out.data()[i] -= means.data()[i];
   return out;
 }
 

@@ -29,4 +29,9 @@ PlaneF Double(const PlaneF& means, GridShape fine);
 // What halving loses: plane - Double(Halve(plane)).
 PlaneF DetailOf(const PlaneF& plane);
 
+// The transposes of the above, as linear maps: dot(Halve(x), y) = dot(x, HalveTransposed(y)).
+PlaneF HalveTransposed(const PlaneF& coarse, GridShape fine);
+PlaneF DoubleTransposed(const PlaneF& fine);
+PlaneF DetailTransposed(const PlaneF& plane);
+
 }  // namespace dermap

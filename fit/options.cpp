@@ -14,7 +14,8 @@ namespace {
 template <class T, std::size_t N>
 using Names = std::array<std::pair<std::string_view, T>, N>;
 
-constexpr Names<FitMethod, 2> kMethods{{{"fast", FitMethod::kFast}, {"descent", FitMethod::kDescent}}};
+constexpr Names<FitMethod, 3> kMethods{
+    {{"fast", FitMethod::kFast}, {"descent", FitMethod::kDescent}, {"ceres", FitMethod::kCeres}}};
 constexpr Names<DescentMetric, 2> kMetrics{
     {{"curvature", DescentMetric::kCurvature}, {"plain", DescentMetric::kPlain}}};
 constexpr Names<StartPoint, 2> kStarts{{{"average", StartPoint::kAverage}, {"local", StartPoint::kLocal}}};

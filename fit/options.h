@@ -17,6 +17,7 @@ namespace dermap {
 enum class FitMethod {
   kFast,     // coarse to fine, damped Gauss-Newton a pixel with the full render as residual
   kDescent,  // simultaneous descent in all pixels from forward differences [D08 6.3]
+  kCeres,    // the reference: the minimum of the fast fit's objective, by Ceres
 };
 
 enum class StartPoint { kAverage, kLocal };  // average skin as in [D08 6.3] | closed-form inversion a pixel
@@ -51,7 +52,7 @@ struct FitOptions {
 };
 
 // Each throws InputError that lists the known names.
-FitMethod FitMethodFromName(std::string_view name);          // fast, descent
+FitMethod FitMethodFromName(std::string_view name);          // fast, descent, ceres
 DescentMetric DescentMetricFromName(std::string_view name);  // curvature, plain
 StartPoint StartPointFromName(std::string_view name);        // average, local
 std::string_view NameOf(FitMethod method);

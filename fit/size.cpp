@@ -9,9 +9,11 @@ namespace dermap {
 
 double ExpectedRenders(const FitOptions& options, int free_count) {
   // Iterations seen on simulated samples (light, freckled; medium, with a vein), rounded up.
-  constexpr double kCurvatureIterations = 30.0, kFastRenders = 20.0;
+  constexpr double kCurvatureIterations = 30.0, kFastRenders = 20.0, kReferenceIterations = 100.0;
+  constexpr double kTranspose = 5.0;  // value and gradient, in renders
   if (options.method == FitMethod::kFast) return kFastRenders;
   const double limit = options.max_iterations;
+  if (options.method == FitMethod::kCeres) return kFastRenders + std::min(kReferenceIterations, limit) * kTranspose;
   if (options.metric == DescentMetric::kCurvature)
     return std::min(kCurvatureIterations, limit) * (free_count + 2);
   return limit * (free_count + 1);

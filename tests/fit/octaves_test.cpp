@@ -58,6 +58,22 @@ TEST(Octaves, SumsKeepTheTotal) {
   }
 }
 
+double Dot(const PlaneF& a, const PlaneF& b) {
+  double sum = 0.0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += static_cast<double>(a.data()[i]) * b.data()[i];
+  return sum;
+}
+
+TEST(Octaves, TransposesAreTransposed) {
+  for (const GridShape shape : kShapes) {
+    const PlaneF fine = RandomPlane(shape.width, shape.height);
+    const PlaneF coarse = RandomPlane((shape.width + 1) / 2, (shape.height + 1) / 2);
+    EXPECT_NEAR(Dot(Halve(fine), coarse), Dot(fine, HalveTransposed(coarse, shape)), 1e-5);
+    EXPECT_NEAR(Dot(Double(coarse, shape), fine), Dot(coarse, DoubleTransposed(fine)), 2e-5);
+    EXPECT_NEAR(Dot(DetailOf(fine), fine), Dot(fine, DetailTransposed(fine)), 2e-5);
+  }
+}
+
 TEST(Octaves, ShapesEndInOnePixel) {
   const auto shapes = OctaveShapes(256, 130);
   EXPECT_EQ(shapes.size(), 9u);
