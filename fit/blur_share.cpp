@@ -11,9 +11,9 @@
 namespace dermap {
 namespace {
 
-constexpr int kFieldSize = 32;         // pixels along a side of the test field
-constexpr double kTolerance = 1e-3;    // of the renders
-constexpr float kRoughness = 0.2f;     // of the field's skin: where nothing varies the engine takes closed forms
+constexpr int kFieldSize = 32;       // pixels along a side of the test field
+constexpr double kTolerance = 1e-3;  // of the renders
+constexpr float kRoughness = 0.2f;  // of the field's skin: where nothing varies the engine takes closed forms
 constexpr float kCoarsestPixel_mm = 1.5f;  // detail this coarse is seen as in uniform skin
 
 PlaneF RandomDetail(std::uint64_t seed) {
@@ -35,7 +35,7 @@ float Regress(const PlaneF& detail, const PlaneF& response, double gain) {
 
 struct Change {
   ParameterMaps maps;
-  float BlurShare::* share;
+  float BlurShare::*share;
 };
 
 // Small changes of the dermis's, the epidermis's and the junction's absorption by the field.
@@ -62,7 +62,8 @@ ParameterMaps RoughSkin(const ParameterVector& skin, double junction_absorbance)
 }
 
 // What the change does to the reflectance of uniform skin.
-double UniformGain(const ForwardModel& model, int band, const ParameterVector& skin, float BlurShare::* share) {
+double UniformGain(const ForwardModel& model, int band, const ParameterVector& skin,
+                   float BlurShare::*share) {
   const double junction = model.tissue().junction_absorbance;
   const LogSensitivity local = model.LocalSensitivity(band, skin, junction);
   const BandOptics& optics = model.optics()[band];
@@ -91,7 +92,7 @@ BlurShare BlurCurve::At(double mu_a_epidermis) const {
   if (i + 1 >= shares_.size()) return shares_[i];
   const float length = std::max(log_mu_a_[i + 1] - log_mu_a_[i], 1e-6f);
   const float t = std::clamp((x - log_mu_a_[i]) / length, 0.0f, 1.0f);
-  const auto mix = [&](float BlurShare::* share) {
+  const auto mix = [&](float BlurShare::*share) {
     return (1.0f - t) * shares_[i].*share + t * shares_[i + 1].*share;
   };
   return {mix(&BlurShare::epidermis), mix(&BlurShare::dermis), mix(&BlurShare::junction)};

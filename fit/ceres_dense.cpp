@@ -90,7 +90,8 @@ class DenseFunction final : public ceres::CostFunction {
     Eigen::MatrixXd hessian(unknowns, unknowns);
     Eigen::VectorXd slope(unknowns);
     for (int column = 0; column < unknowns; ++column) {
-      const std::size_t j = static_cast<std::size_t>(column) / pixels_, i = static_cast<std::size_t>(column) % pixels_;
+      const std::size_t j = static_cast<std::size_t>(column) / pixels_,
+                        i = static_cast<std::size_t>(column) % pixels_;
       slope[column] = at_zero[j].data()[i];
       zero[j].data()[i] = 1.0f;
       posterior_.PriorValueAndGradient(zero, gradient);

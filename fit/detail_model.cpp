@@ -15,7 +15,7 @@ constexpr double kSmallestVariance = 1e-9, kLargestVariance = 1.0;  // scaled un
 // reach.
 constexpr double kSteepestFall = 0.12, kGuessFall = 0.5, kGuessPixels = 2.0, kGuessShare = 0.02;
 // The guess at the scatter counts as if so many data had been seen.
-constexpr double kScatterData = 40.0;
+constexpr double kScatterData = 6.0;
 
 // Noise that is larger than stated is so in every octave. An error that neighbours share does not average
 // away: against the noise of means of four pixels it is four times as large as against that of one. Which of

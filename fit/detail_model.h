@@ -15,8 +15,9 @@ struct DetailModel {
   // Variance of a pixel's detail in scaled units, [octave][free parameter]; of the last octave, a single
   // pixel, of the mean's distance from average skin.
   std::vector<FreeVector> prior;
-  std::vector<double> scatter;  // [octave], variance of the residuals over that of the stated noise, at least 1
-  BlurTable blur;               // [octave][band]; octaves beyond are not blurred
+  std::vector<double>
+      scatter;     // [octave], variance of the residuals over that of the stated noise, at least 1
+  BlurTable blur;  // [octave][band]; octaves beyond are not blurred
 };
 
 // Before anything is known.

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 #include <utility>
 
@@ -11,15 +12,16 @@
 #include "fit/local_start.h"
 #include "fit/octave_solver.h"
 #include "fit/resample.h"
+#include "fit/size_fit.h"
 
 namespace dermap {
 namespace {
 
-constexpr int kMaxSteps = 24;  // a size
 // A size is done once a step moves the maps by less than this share of their standard deviations.
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
-constexpr int kMostHalvings = 4;
-constexpr double kWorse = 1.05, kAboveNoise = 1.5;  // chi2 of a step that went too far: over before, a datum
+constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
+constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
+constexpr int kMostSuspicions = 3;         // corrections of a band's gain, each a smaller one
 
 // Halved, rounding up, as the octaves are.
 std::vector<int> Sizes(int size) {
@@ -49,56 +51,6 @@ std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const Paramete
   }
   return skins;
 }
-
-// One size of the pyramid.
-class SizeFit {
- public:
-  SizeFit(PatchProblem& problem, DetailView detail, const SkinPoint& fixed)
-      : problem_(problem), detail_(detail), fixed_(fixed) {}
-
-  // Steps until the maps rest; `last` is the last of them.
-  bool Refine(FitState& state, double rest, RunLog& log, OctaveStep& last) {
-    for (int step = 0; step < kMaxSteps; ++step) {
-      last = Estimate(state);
-      Take(last, state);
-      log.Add(state.misfit, problem_.space().count(), problem_.renders());
-      if (last.move < rest) return true;
-    }
-    return false;
-  }
-
- private:
-
-  // What data and prior ask for at a state, the prior estimated on the way. Estimating takes a few passes
-  // that cost no render; in large sizes, which begin with the estimates of smaller ones, one.
-  OctaveStep Estimate(const FitState& state) {
-    const std::vector<OctaveLevel> levels = LineariseInOctaves(problem_, state);
-    const int passes = state.maps.width() <= 32 ? 4 : state.maps.width() <= 64 ? 2 : 1;
-    OctaveStep step;
-    for (int pass = 0; pass < passes; ++pass) {
-      step = SolveInOctaves(problem_, levels, detail_, fixed_);
-      Update(step.statistics, problem_.space().count(), detail_);
-    }
-    return step;
-  }
-
-  void Take(const OctaveStep& step, FitState& state) {
-    const Misfit before = state.misfit;
-    double share = 1.0;
-    FitState next = problem_.StateOf(Apply(problem_, state.maps, step));
-    for (int half = 0; half < kMostHalvings && next.misfit.chi2 > kWorse * before.chi2 &&
-                       next.misfit.Chi2PerDatum() > kAboveNoise;
-         ++half) {
-      share *= 0.5;
-      next = problem_.StateOf(Apply(problem_, state.maps, step, share));
-    }
-    state = std::move(next);
-  }
-
-  PatchProblem& problem_;
-  DetailView detail_;
-  SkinPoint fixed_;
-};
 
 // The maps at the problem's size, twice theirs: what they mean over areas is kept.
 ParameterMaps Enlarged(const PatchProblem& problem, const ParameterMaps& maps) {
@@ -143,7 +95,7 @@ void Keep(const ParameterSpace& before, const ParameterSpace& after, DetailModel
 
 class CoarseToFine {
  public:
-  CoarseToFine(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
+  CoarseToFine(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                const FitOptions& options, RunLog& log)
       : data_(data), model_(model), make_model_(make_model), options_(options), log_(log) {}
 
@@ -161,7 +113,7 @@ class CoarseToFine {
         AddReductionError(reduced);
         coarse_model.emplace(make_model_(reduced.conditions));
       }
-      const FitData& data = finest ? data_ : reduced;
+      FitData& data = finest ? data_ : reduced;
       const ForwardModel& model = finest ? model_ : *coarse_model;
       if (s == 0) Begin(data, model, first);
       FitSize(data, model, first, finest);
@@ -171,8 +123,9 @@ class CoarseToFine {
   }
 
  private:
-  // The start of the coarsest size, and where nothing else is asked for the choice of what is free.
-  void Begin(const FitData& data, const ForwardModel& model, int first) {
+  // The coarsest size: a band with a wrong gain is found and set right, and where nothing else is asked for
+  // it is chosen what is free.
+  void Begin(FitData& data, const ForwardModel& model, int first) {
     const bool choose = outcome_.free.empty();
     seen_from_ = first;
     if (choose) outcome_.free = AllUnknowns();
@@ -181,11 +134,21 @@ class CoarseToFine {
     const int octaves = static_cast<int>(OctaveShapes(data_.width(), data_.height()).size());
     outcome_.detail =
         FirstDetailModel(octaves, MeasureBlur(model_, SkinsOf(problem, outcome_.state.maps), octaves - 1));
-    if (!choose) return;
     outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
     const DetailView detail = ViewFrom(outcome_.detail, first);
+    SizeFit fit(problem, detail, outcome_.fixed);
     OctaveStep last;
-    SizeFit(problem, detail, outcome_.fixed).Refine(outcome_.state, kCoarseRest, log_, last);
+    fit.Refine(outcome_.state, kCoarseRest, log_, last);
+    if (outcome_.state.misfit.Chi2PerDatum() > kUnexplained) LeaveOneOut(data, model, first);
+    for (int again = 0; again < kMostSuspicions; ++again) {
+      const auto suspect = FindSuspectBand(problem, LineariseInOctaves(problem, outcome_.state), detail,
+                                           outcome_.fixed, outcome_.suspect ? kQuietGain : kLoudGain);
+      if (!suspect || (outcome_.suspect && outcome_.suspect->band != suspect->band)) break;
+      SetRight(*suspect, data);
+      outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
+      fit.Refine(outcome_.state, kCoarseRest, log_, last);
+    }
+    if (!choose) return;
     outcome_.candidates =
         ChooseCandidates(problem, outcome_.state, detail, outcome_.fixed, data.band_count());
     if (LacksBands(outcome_.candidates, data.band_count())) all_detail_ = outcome_.detail;
@@ -196,6 +159,59 @@ class CoarseToFine {
     Keep(problem.space(), space, outcome_.detail);
     outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
     log_.renders_before += problem.renders();
+  }
+
+  // Where all bands together make no sense: is there one without which they do? A fit without each tells; one
+  // gross error can lead the fit with all bands too far astray for the check of the mean.
+  void LeaveOneOut(FitData& data, const ForwardModel& model, int first) {
+    const PatchProblem all(data, model, ParameterSpace(outcome_.free));
+    if (data.band_count() < kParameterCount + 2) return;
+    std::optional<FastOutcome> best;
+    double least = kMostlyExplained * outcome_.state.misfit.Chi2PerDatum();
+    SuspectBand suspect;
+    for (int b = 0; b < data.band_count(); ++b) {
+      FitData without = data;
+      for (float& value : without.measured[b].values()) value = std::numeric_limits<float>::quiet_NaN();
+      PatchProblem problem(without, model, all.space());
+      FastOutcome trial;
+      trial.detail = FirstDetailModel(static_cast<int>(outcome_.detail.prior.size()), outcome_.detail.blur);
+      trial.state = problem.StateOf(InvertLocally(problem, options_.fixed_values));
+      OctaveStep last;
+      SizeFit(problem, ViewFrom(trial.detail, first), outcome_.fixed)
+          .Refine(trial.state, kCoarseRest, log_, last);
+      log_.renders_before += problem.renders();
+      if (trial.state.misfit.Chi2PerDatum() > least) continue;
+      least = trial.state.misfit.Chi2PerDatum();
+      suspect = {b, GainError(data, b, trial.state.predicted[b])};
+      best = std::move(trial);
+    }
+    if (!best || std::abs(suspect.gain_error) < kLoudGain) return;
+    SetRight(suspect, data);
+    std::copy(best->detail.prior.begin(), best->detail.prior.end(), outcome_.detail.prior.begin());
+    std::copy(best->detail.scatter.begin(), best->detail.scatter.end(), outcome_.detail.scatter.begin());
+    outcome_.state = PatchProblem(data, model, all.space()).StateOf(std::move(best->state.maps));
+  }
+
+  static double GainError(const FitData& data, int band, const PlaneF& predicted) {
+    double measured_sum = 0.0, predicted_sum = 0.0;
+    for (std::size_t i = 0; i < predicted.size(); ++i) {
+      if (!data.fitted.data()[i] || !data.Has(band, i)) continue;
+      measured_sum += data.measured[band].data()[i];
+      predicted_sum += predicted.data()[i];
+    }
+    return measured_sum / predicted_sum - 1.0;
+  }
+
+  // Divides the band by its gain error, here and at full size.
+  void SetRight(const SuspectBand& suspect, FitData& data) {
+    const double gain = 1.0 + suspect.gain_error;
+    const double before = outcome_.suspect ? outcome_.suspect->gain_error : 0.0;
+    outcome_.suspect = SuspectBand{suspect.band, (1.0 + before) * gain - 1.0};
+    for (FitData* of : {&data, &data_}) {
+      for (float& value : of->measured[suspect.band].values()) value = static_cast<float>(value / gain);
+      for (float& value : of->sigma[suspect.band].values()) value = static_cast<float>(value / gain);
+      if (&data == &data_) break;
+    }
   }
 
   void FitSize(const FitData& data, const ForwardModel& model, int first, bool finest) {
@@ -231,8 +247,8 @@ class CoarseToFine {
     const PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
     FitState state = outcome_.state;
     if (state.maps.junction_absorbance.empty())
-      state.maps.junction_absorbance = {PlaneF(data.width(), data.height(),
-                                               static_cast<float>(outcome_.fixed[kParameterCount]))};
+      state.maps.junction_absorbance = {
+          PlaneF(data.width(), data.height(), static_cast<float>(outcome_.fixed[kParameterCount]))};
     all_detail_->scatter = outcome_.detail.scatter;
     const DetailView detail = ViewFrom(*all_detail_, first);
     for (int octave = seen_from_ - 1; octave >= first; --octave)
@@ -245,7 +261,7 @@ class CoarseToFine {
     return variance;
   }
 
-  const FitData& data_;
+  FitData& data_;
   const ForwardModel& model_;
   const ModelMaker& make_model_;
   const FitOptions& options_;
@@ -257,9 +273,8 @@ class CoarseToFine {
 
 }  // namespace
 
-FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model,
-                            const std::vector<Parameter>& free, const ModelMaker& make_model,
-                            const FitOptions& options, RunLog& log) {
+FastOutcome FitCoarseToFine(FitData& data, const ForwardModel& model, const std::vector<Parameter>& free,
+                            const ModelMaker& make_model, const FitOptions& options, RunLog& log) {
   return CoarseToFine(data, model, make_model, options, log).Run(free);
 }
 

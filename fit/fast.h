@@ -4,8 +4,10 @@
 #pragma once
 
 #include <functional>
+#include <optional>
 #include <vector>
 
+#include "fit/band_check.h"
 #include "fit/detail_model.h"
 #include "fit/options.h"
 #include "fit/patch_problem.h"
@@ -20,9 +22,10 @@ using ModelMaker = std::function<ForwardModel(const ImagingConditions&)>;
 struct FastOutcome {
   FitState state;
   bool converged = false;
-  std::vector<Parameter> free;        // as asked for, or chosen
-  SkinPoint fixed{};                  // values of what is not free
-  std::vector<Candidate> candidates;  // that were weighed; the first was chosen. Empty: nothing to choose
+  std::vector<Parameter> free;         // as asked for, or chosen
+  SkinPoint fixed{};                   // values of what is not free
+  std::optional<SuspectBand> suspect;  // its data were divided by 1 + gain_error
+  std::vector<Candidate> candidates;   // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
   std::vector<FreeVector> spread;   // [octave][free parameter], standard deviations, scaled units
   std::vector<PlaneF> variance;     // of each free parameter, scaled units
@@ -31,10 +34,10 @@ struct FastOutcome {
 
 // `data` at the size wanted; the coarser sizes are made from it. A size costs as many renders as it takes
 // iterations. `model` must be that of data.conditions.
-// Without `free` the evidence at the coarsest size decides what is free.
-FastOutcome FitCoarseToFine(const FitData& data, const ForwardModel& model,
-                            const std::vector<Parameter>& free, const ModelMaker& make_model,
-                            const FitOptions& options, RunLog& log);
+// `data` change where a band's gain is found to be wrong. Without `free` the evidence at the coarsest size
+// decides what is free.
+FastOutcome FitCoarseToFine(FitData& data, const ForwardModel& model, const std::vector<Parameter>& free,
+                            const ModelMaker& make_model, const FitOptions& options, RunLog& log);
 
 inline constexpr int kCoarsestSize = 32;
 

@@ -24,7 +24,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kLocalStartSize = 16;  // pixels along the longer side
+constexpr int kLocalStartSize = 16;   // pixels along the longer side
 constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
 
 // What a method leaves behind.
@@ -104,26 +104,34 @@ void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
   log.Decide(sentence + ".");
   if (LacksBands(fast.candidates, band_count))
     log.Decide(
-        "With so few bands the maps hang on the values of what is fixed; sigma holds how far those may be off.");
+        "With so few bands the maps hang on the values of what is fixed; sigma holds how far those may be "
+        "off.");
 }
 
-Outcome RunFast(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
+Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                 const FitOptions& options, RunLog& log) {
   FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
   if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
   log.Decide(Format("Degrees of freedom: the data decide %.2f parameters a pixel; the rest is prior.",
                     fast.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
+  if (fast.suspect)
+    log.Decide(Format(
+        "Band %.0f nm is %.1f %% too %s against all others (is its gain, exposure or filter wrong?); the fit "
+        "divided it by that.",
+        data.bands[fast.suspect->band].wavelength_nm, 100.0 * std::abs(fast.suspect->gain_error),
+        fast.suspect->gain_error > 0.0 ? "bright" : "dark"));
   if (fast.detail.scatter[0] > kLoudScatter)
-    log.Decide(Format("Residuals scatter %.2f times as far as the stated noise; sigma was widened by as much.",
-                      std::sqrt(fast.detail.scatter[0])));
-  return {std::move(fast.free),     std::move(fast.state),      fast.converged,
+    log.Decide(
+        Format("Residuals scatter %.2f times as far as the stated noise; sigma was widened by as much.",
+               std::sqrt(fast.detail.scatter[0])));
+  return {std::move(fast.free),    std::move(fast.state),    fast.converged,
           fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
 }
 
 // The reference takes over what the fast fit found to be free, and how much detail there is. On small patches
 // it starts where the fast fit starts, from the closed-form inversion; on others, where gradients alone lead,
 // from the fast fit's maps, whose objective it can only lower.
-Outcome RunReference(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
+Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                      const FitOptions& options, RunLog& log) {
   FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
   if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
@@ -264,9 +272,15 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   const ForwardModel model = make_model(data.conditions);
   Outcome outcome;
   switch (options.method) {
-    case FitMethod::kFast: outcome = RunFast(data, model, make_model, options, log); break;
-    case FitMethod::kDescent: outcome = RunDescent(data, model, free, options, log); break;
-    case FitMethod::kCeres: outcome = RunReference(data, model, make_model, options, log); break;
+    case FitMethod::kFast:
+      outcome = RunFast(data, model, make_model, options, log);
+      break;
+    case FitMethod::kDescent:
+      outcome = RunDescent(data, model, free, options, log);
+      break;
+    case FitMethod::kCeres:
+      outcome = RunReference(data, model, make_model, options, log);
+      break;
   }
   const PatchProblem problem(data, model, ParameterSpace(outcome.free));
   return Collect(problem, data, std::move(outcome), options, log);

@@ -40,7 +40,7 @@ struct FitResult {
   ParameterMaps sigma;  // one standard deviation; 0 for what was not free
   std::vector<Parameter> free_parameters;
   std::vector<Candidate> candidates;  // sets of free parameters that were weighed; the first was chosen
-  std::vector<PlaneF> measured;  // at the size of the fit
+  std::vector<PlaneF> measured;       // at the size of the fit
   std::vector<PlaneF> predicted;
   std::vector<PlaneF> residual;  // measured - predicted
   std::vector<PlaneF> noise;     // one standard deviation that chi2 is counted in

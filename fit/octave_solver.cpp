@@ -60,12 +60,18 @@ class LevelSolver {
     std::vector<FreeVector> determined(level_.shape.height, FreeVector{});  // by row
     ForEachPixel([&](int y, std::size_t i, std::span<OctaveRow> rows) {
       switch (count) {
-        case 1: return SolvePixel<1>(i, rows, sofar, determined[y]);
-        case 2: return SolvePixel<2>(i, rows, sofar, determined[y]);
-        case 3: return SolvePixel<3>(i, rows, sofar, determined[y]);
-        case 4: return SolvePixel<4>(i, rows, sofar, determined[y]);
-        case 5: return SolvePixel<5>(i, rows, sofar, determined[y]);
-        default: return SolvePixel<kUnknownCount>(i, rows, sofar, determined[y]);
+        case 1:
+          return SolvePixel<1>(i, rows, sofar, determined[y]);
+        case 2:
+          return SolvePixel<2>(i, rows, sofar, determined[y]);
+        case 3:
+          return SolvePixel<3>(i, rows, sofar, determined[y]);
+        case 4:
+          return SolvePixel<4>(i, rows, sofar, determined[y]);
+        case 5:
+          return SolvePixel<5>(i, rows, sofar, determined[y]);
+        default:
+          return SolvePixel<kUnknownCount>(i, rows, sofar, determined[y]);
       }
     });
     if (!top_) ParallelFor(count, [&](int j) { change_[j] = DetailOf(change_[j]); });

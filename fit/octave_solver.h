@@ -18,11 +18,11 @@
 namespace dermap {
 
 struct OctaveStep {
-  std::vector<PlaneF> change;    // of each free parameter, scaled units
-  std::vector<PlaneF> variance;  // of each free parameter once the step is taken, scaled units
+  std::vector<PlaneF> change;                // of each free parameter, scaled units
+  std::vector<PlaneF> variance;              // of each free parameter once the step is taken, scaled units
   std::vector<DetailStatistics> statistics;  // [octave], once the step is taken
-  double adapted_parameters = 0.0;  // that the data decide: degrees of freedom of the fitted model
-  double move = 0.0;                // rms of the change in standard deviations
+  double adapted_parameters = 0.0;           // that the data decide: degrees of freedom of the fitted model
+  double move = 0.0;                         // rms of the change in standard deviations
 };
 
 // Derivatives of the logarithm of one band by the scaled free parameters, and how much of them skin's blur

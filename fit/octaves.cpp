@@ -29,8 +29,8 @@ PlaneF Halved(const PlaneF& fine, bool mean) {
 }
 
 // Factors that solve for the values between which linear interpolation has given means, along a line of
-// `count` pixels that becomes `fine_count` long: rows (1/8, 3/4, 1/8), with what lies beyond an end counted to
-// the end; the last pixel of an odd length is half as long, (1/4, 3/4).
+// `count` pixels that becomes `fine_count` long: rows (1/8, 3/4, 1/8), with what lies beyond an end counted
+// to the end; the last pixel of an odd length is half as long, (1/4, 3/4).
 struct MeanSolver {
   std::vector<float> lower, pivot, upper;  // a_i / pivot_{i-1}, 1 / pivot_i, c_i
 

@@ -23,8 +23,8 @@ PlaneF Halve(const PlaneF& fine);
 PlaneF HalveSum(const PlaneF& fine);
 // Linear between the centres of coarse pixels, constant beyond the outer ones.
 PlaneF Interpolate(const PlaneF& coarse, GridShape fine);
-// The plane of that kind whose means are `coarse`: Halve(Double(coarse, fine)) = coarse. So detail is what halving loses and nothing
-// else.
+// The plane of that kind whose means are `coarse`: Halve(Double(coarse, fine)) = coarse. So detail is what
+// halving loses and nothing else.
 PlaneF Double(const PlaneF& means, GridShape fine);
 // What halving loses: plane - Double(Halve(plane)).
 PlaneF DetailOf(const PlaneF& plane);

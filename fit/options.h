@@ -34,7 +34,7 @@ struct FitOptions {
   std::string profiles = "exact";
   ForwardOptions forward;
   double tolerance = 0.0;  // of a render, relative (ForwardOptions::tolerance); 0: a tenth of the noise
-  std::vector<Parameter> free_parameters;        // empty ("auto"): fast weighs the evidence, descent counts bands
+  std::vector<Parameter> free_parameters;  // empty ("auto"): fast weighs the evidence, descent counts bands
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
   StartPoint start = StartPoint::kAverage;       // descent only: fast always starts from the local inversion
   int size = 0;  // pixels along the longer side; 0: the largest that the time budget allows
@@ -46,7 +46,7 @@ struct FitOptions {
   // blood at its bound, the weakest direction tried, a step of 1e-2 gives the derivative within 0.2 %, 1e-3
   // within 1 to 4 %, 5e-2 within 3 %.
   double difference_step = 5e-3;
-  int threads = 0;          // 0: all cores
+  int threads = 0;                      // 0: all cores
   std::optional<double> pixel_size_mm;  // overrides the stack's
   TissueConfig tissue;
 };

@@ -88,9 +88,8 @@ PixelSystem LocalSystem(const PatchProblem& problem, std::size_t pixel, const Sk
   for (int b = 0; b < data.band_count(); ++b) {
     if (!data.Has(b, pixel)) continue;
     const SkinPoint sensitivity = SensitivityOf(problem.model(), b, p);
-    const double rendered = predicted
-                                ? (*predicted)[b].data()[pixel]
-                                : problem.model().LocalReflectance(b, TableOne(p), p[kParameterCount]);
+    const double rendered = predicted ? (*predicted)[b].data()[pixel]
+                                      : problem.model().LocalReflectance(b, TableOne(p), p[kParameterCount]);
     const LogResidual datum =
         LogResidualOf(data.measured[b].data()[pixel], data.sigma[b].data()[pixel], rendered);
     FreeVector row{};

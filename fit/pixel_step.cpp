@@ -8,8 +8,7 @@
 namespace dermap {
 namespace {
 
-using SmallMatrix =
-    Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknownCount, kUnknownCount>;
+using SmallMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknownCount, kUnknownCount>;
 using SmallVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kUnknownCount, 1>;
 
 // Solves for the parameters in `open` (indices), the others having moved by `step`.

@@ -12,7 +12,7 @@ namespace dermap {
 struct PixelSystem {
   int count = 0;
   std::array<FreeVector, kUnknownCount> normal{};  // J^T J
-  FreeVector rhs{};                                  // J^T r
+  FreeVector rhs{};                                // J^T r
 
   // One equation: derivatives by the free parameters and the residual (measured - predicted), in units of the
   // noise.

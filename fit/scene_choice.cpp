@@ -165,9 +165,9 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
 
 bool LacksBands(const std::vector<Candidate>& candidates, int band_count) {
   const Candidate& chosen = candidates.front();
-  const auto all = std::max_element(
-      candidates.begin(), candidates.end(),
-      [](const Candidate& a, const Candidate& b) { return a.free.size() < b.free.size(); });
+  const auto all =
+      std::max_element(candidates.begin(), candidates.end(),
+                       [](const Candidate& a, const Candidate& b) { return a.free.size() < b.free.size(); });
   const auto given_up = static_cast<double>(all->free.size() - chosen.free.size());
   return band_count <= kUnknownCount || all->log_evidence - chosen.log_evidence > kEvidenceForOne * given_up;
 }

@@ -13,7 +13,8 @@ double ExpectedRenders(const FitOptions& options, int free_count) {
   constexpr double kTranspose = 5.0;  // value and gradient, in renders
   if (options.method == FitMethod::kFast) return kFastRenders;
   const double limit = options.max_iterations;
-  if (options.method == FitMethod::kCeres) return kFastRenders + std::min(kReferenceIterations, limit) * kTranspose;
+  if (options.method == FitMethod::kCeres)
+    return kFastRenders + std::min(kReferenceIterations, limit) * kTranspose;
   if (options.metric == DescentMetric::kCurvature)
     return std::min(kCurvatureIterations, limit) * (free_count + 2);
   return limit * (free_count + 1);

@@ -18,8 +18,8 @@ ParameterMaps StandardDeviations(const PatchProblem& problem, const FitState& st
 // The same of a fit that knows its variances (of the free parameters, scaled units).
 ParameterMaps SigmaMaps(const PatchProblem& problem, const std::vector<PlaneF>& variance);
 
-// Sets kFlagAtBound, kFlagNotConverged, kFlagNotIdentifiable (sigma is above half of what the range alone says, range / sqrt(12))
-// and kFlagOutsideValidity beside the flags that the data brought.
+// Sets kFlagAtBound, kFlagNotConverged, kFlagNotIdentifiable (sigma is above half of what the range alone
+// says, range / sqrt(12)) and kFlagOutsideValidity beside the flags that the data brought.
 Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state, const ParameterMaps& sigma);
 
 // A pixel with a chi2 per datum above this was not explained by the model.

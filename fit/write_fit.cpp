@@ -80,8 +80,7 @@ nlohmann::ordered_json FitRecord(const FitResult& result) {
     json["fwhm_nm"].push_back(band.fwhm_nm);
   }
   json["free_parameters"] = nlohmann::ordered_json::array();
-  for (Parameter p : result.free_parameters)
-    json["free_parameters"].push_back(std::string(InfoOf(p).name));
+  for (Parameter p : result.free_parameters) json["free_parameters"].push_back(std::string(InfoOf(p).name));
   json["candidates"] = nlohmann::ordered_json::array();
   for (const Candidate& candidate : result.candidates)
     json["candidates"].push_back({{"free", NamesIn(candidate.free)},

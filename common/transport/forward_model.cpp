@@ -76,8 +76,7 @@ void ForwardModel::Impl::RenderAnd(int band, const ParameterMaps& maps, std::spa
   std::unique_ptr<BandRenderer> renderer = Take(maps.width(), maps.height());
   const PlaneF* lit = light.empty() ? nullptr : &light[light.size() == 1 ? 0 : band];
   PlaneF out = renderer->Render(tables->optics[band], tables->totals[band], tables->widths[band], maps,
-                                JunctionOf(band, maps),
-                                tissue.junction_absorbance, lit, keep);
+                                JunctionOf(band, maps), tissue.junction_absorbance, lit, keep);
   if (exit_angle_factor != 1.0f) Scaled(out, exit_angle_factor, out);
   use(*renderer, std::move(out));
   GiveBack(std::move(renderer));
@@ -227,8 +226,8 @@ ParameterMaps ForwardModel::Transpose(const ParameterMaps& maps, const WeighFunc
     impl_->RenderAnd(band, maps, light, true, [&](BandRenderer& renderer, const PlaneF& reflectance) {
       PlaneF weights = weigh(band, reflectance);
       Scaled(weights, impl_->exit_angle_factor, weights);
-      renderer.Transpose(impl_->tables->optics[band], impl_->tables->widths[band], maps, std::move(weights), of_band[band],
-                         junction[band]);
+      renderer.Transpose(impl_->tables->optics[band], impl_->tables->widths[band], maps, std::move(weights),
+                         of_band[band], junction[band]);
     });
   });
   ParameterMaps sum = std::move(of_band[0]);  // in the bands' order: the same for any number of threads

@@ -16,7 +16,8 @@ class BlurShareTest : public ::testing::Test {
     light[0] = 0.02;
     dark[0] = 0.3;
     const ParameterVector skins[] = {light, dark};
-    return MeasureBlur(testing::MakeModel(testing::FourBands(), testing::Window(pixel_size_mm)), skins, octaves);
+    return MeasureBlur(testing::MakeModel(testing::FourBands(), testing::Window(pixel_size_mm)), skins,
+                       octaves);
   }
 };
 

@@ -78,12 +78,13 @@ TEST(Posterior, GradientIsTheDifference) {
 // that the fast fit has without any matrix.
 TEST(CeresReference, DenseJudgesFast) {
   Patch patch(8);
-  std::fill(patch.fast.detail.scatter.begin(), patch.fast.detail.scatter.end(), 1.0);  // as the reference has it
+  std::fill(patch.fast.detail.scatter.begin(), patch.fast.detail.scatter.end(),
+            1.0);  // as the reference has it
   const FitState state = patch.problem.StateOf(patch.fast.state.maps);
   const OctaveStep fast_step =
       SolveInOctaves(patch.problem, LineariseInOctaves(patch.problem, state), patch.detail, patch.fast.fixed);
-  const ReferenceOutcome reference =
-      MinimiseDense(patch.posterior, patch.detail, InvertLocally(patch.problem, AverageSkin()), 30, patch.log);
+  const ReferenceOutcome reference = MinimiseDense(
+      patch.posterior, patch.detail, InvertLocally(patch.problem, AverageSkin()), 30, patch.log);
   EXPECT_TRUE(reference.converged);
   const double fast = patch.posterior.Value(patch.posterior.PositionOf(patch.fast.state.maps));
   EXPECT_LE(reference.objective, fast * 1.0001);

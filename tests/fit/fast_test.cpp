@@ -44,7 +44,8 @@ struct Calibration {
   double rms = 0.0, within_1 = 0.0, within_2 = 0.0;
 };
 
-Calibration Calibrate(const FastOutcome& fit, const ParameterSpace& space, int j, const ParameterMaps& truth) {
+Calibration Calibrate(const FastOutcome& fit, const ParameterSpace& space, int j,
+                      const ParameterMaps& truth) {
   Calibration result;
   const PlaneF& found = fit.state.maps.Unknown(space.parameter(j));
   const double pixels = static_cast<double>(found.size());
@@ -136,8 +137,8 @@ TEST(Fast, SameMapsForAnyNumberOfThreads) {
 TEST(Fast, AnyShape) {
   for (const auto& [width, height] : {std::pair{45, 33}, {7, 70}, {1, 1}}) {
     const ForwardModel model = testing::MakeModel(testing::EightBands(), testing::Window(0.2));
-    const FitData data = testing::Prepared(
-        testing::NoisyStack(model, ParameterMaps(width, height, AverageSkin()), 0.005, 4));
+    FitData data =
+        testing::Prepared(testing::NoisyStack(model, ParameterMaps(width, height, AverageSkin()), 0.005, 4));
     FitOptions options;
     RunLog log;
     const FastOutcome fit = FitCoarseToFine(data, model, AllParameters(), kMaker, options, log);

@@ -16,7 +16,7 @@ using ::testing::Not;
 
 FastOutcome FitOf(const ParameterMaps& truth, const std::vector<Band>& bands, double noise = 0.005) {
   const ForwardModel model = testing::MakeModel(bands, testing::Window(7.5 / truth.width()));
-  const FitData data =
+  FitData data =
       testing::Prepared(testing::NoisyStack(model, truth, noise, 3), std::min<int>(5, bands.size()));
   const ModelMaker maker = [&](const ImagingConditions& conditions) {
     return testing::MakeModel(bands, conditions);

@@ -1,0 +1,69 @@
+// SPDX-License-Identifier: Apache-2.0
+// The mean spectrum with each band left out.
+#include "fit/band_check.h"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Core>
+#include <cmath>
+
+#include "fit/octave_solver.h"
+
+namespace dermap {
+namespace {
+
+constexpr double kShared = 1e-3;  // error of a band's mean that calibration may leave: its noise is less
+constexpr double kMisfit = 12.0;  // chi2 of the mean above which there is something to find
+constexpr double kMostlyExplained = 0.25;  // of it may stay when the suspect is left out
+
+struct MeanFit {
+  double chi2 = 0.0;
+  Eigen::VectorXd residual;  // of the logarithms, of all bands, those left out too
+};
+
+// Least squares of the mean spectrum without one band (-1: with all).
+MeanFit FitMean(const Eigen::MatrixXd& rows, const Eigen::VectorXd& residual, const Eigen::VectorXd& weight,
+                int without) {
+  Eigen::VectorXd used = weight;
+  if (without >= 0) used[without] = 0.0;
+  Eigen::MatrixXd normal = rows.transpose() * used.asDiagonal() * rows;
+  normal.diagonal().array() += 1.0;  // the range, scaled units
+  const Eigen::VectorXd change = normal.llt().solve(rows.transpose() * (used.asDiagonal() * residual));
+  MeanFit fit;
+  fit.residual = residual - rows * change;
+  fit.chi2 = used.dot(fit.residual.cwiseAbs2());
+  return fit;
+}
+
+}  // namespace
+
+std::optional<SuspectBand> FindSuspectBand(const PatchProblem& problem,
+                                           const std::vector<OctaveLevel>& levels, const DetailView& detail,
+                                           const SkinPoint& fixed, double smallest) {
+  const OctaveLevel& mean = levels.back();
+  const int bands = problem.data().band_count(), count = problem.space().count();
+  if (bands < count + 2) return std::nullopt;
+  std::vector<OctaveRow> filled(bands);
+  RowMaker(problem, mean, nullptr, fixed).Fill(0, filled);
+  Eigen::MatrixXd rows(bands, count);
+  Eigen::VectorXd residual(bands), weight(bands);
+  for (int b = 0; b < bands; ++b) {
+    for (int j = 0; j < count; ++j) rows(b, j) = filled[b].unblurred[j];
+    residual[b] = mean.residual[b].data()[0];
+    const double noise = mean.noise_inflation * detail.scatter[0] / mean.weight[b].data()[0];
+    weight[b] = std::isfinite(noise) ? 1.0 / (noise + kShared * kShared) : 0.0;
+  }
+  const double all = FitMean(rows, residual, weight, -1).chi2;
+  if (all < kMisfit) return std::nullopt;
+  SuspectBand suspect;
+  double least = all;
+  for (int b = 0; b < bands; ++b) {
+    const MeanFit fit = FitMean(rows, residual, weight, b);
+    if (fit.chi2 >= least) continue;
+    least = fit.chi2;
+    suspect = {b, std::expm1(fit.residual[b])};
+  }
+  if (least > kMostlyExplained * all || std::abs(suspect.gain_error) < smallest) return std::nullopt;
+  return suspect;
+}
+
+}  // namespace dermap
