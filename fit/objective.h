@@ -11,9 +11,9 @@
 namespace dermap {
 
 // Share of the free parameters that follow the noise: skin blurs, so the smaller the pixels, the less of a
-// pixel's own noise can be followed. The noise probe (fit/fast.h) found, of 5 parameters and 8 bands in the
-// three recorded samples, 0.69 to 0.80 at pixels of 0.234 mm, 0.46 to 0.59 at 0.117 mm, 0.21 to 0.42 at 0.059
-// mm and 0.22 to 0.26 at 0.029 mm. Between and beyond them a power law, held within what was measured.
+// pixel's own noise can be followed. Fits once more with noise added found, of 5 parameters and 8 bands in
+// the three recorded samples, 0.69 to 0.80 at pixels of 0.234 mm, 0.46 to 0.59 at 0.117 mm, 0.21 to 0.42 at
+// 0.059 mm and 0.22 to 0.26 at 0.029 mm. Between and beyond them a power law, held within what was measured.
 double AdaptedShare(double pixel_size_mm);
 
 struct Misfit {

@@ -16,7 +16,31 @@ std::vector<PlaneF> HalveAll(const std::vector<PlaneF>& planes) {
   return halved;
 }
 
-void SensePixel(const PatchProblem& problem, const FitState& state, std::size_t pixel, OctaveLevel& level) {
+// A hair or a grain of dust is no skin: pixels whose whole spectrum is far off count less, as a heavy-tailed
+// noise would have it. Off means beyond what half of the patch is, so that no step on the way is taken for
+// dust.
+constexpr double kHonest = 6.0;  // squared misfit a datum, over the patch's median (at least 1)
+
+PlaneF TrustOf(const PatchProblem& problem, const FitState& state) {
+  const FitData& data = problem.data();
+  PlaneF misfit(data.width(), data.height());
+  std::vector<float> known;
+  for (std::size_t i = 0; i < misfit.size(); ++i) {
+    int count = 0;
+    for (int b = 0; b < data.band_count(); ++b) count += data.Has(b, i);
+    if (!data.fitted.data()[i] || count == 0) continue;
+    misfit.data()[i] = static_cast<float>(state.misfit.chi2_map.data()[i] / count);
+    known.push_back(misfit.data()[i]);
+  }
+  const auto middle = known.begin() + static_cast<std::ptrdiff_t>(known.size() / 2);
+  std::nth_element(known.begin(), middle, known.end());
+  const float honest = static_cast<float>(kHonest) * std::max(*middle, 1.0f);
+  for (float& value : misfit.values()) value = value > honest ? honest / value : 1.0f;
+  return misfit;
+}
+
+void SensePixel(const PatchProblem& problem, const FitState& state, float trust, std::size_t pixel,
+                OctaveLevel& level) {
   const FitData& data = problem.data();
   const ParameterSpace& space = problem.space();
   const SkinPoint p = problem.PointAt(state.maps, pixel);
@@ -32,7 +56,7 @@ void SensePixel(const PatchProblem& problem, const FitState& state, std::size_t 
     const LogResidual datum = LogResidualOf(data.measured[b].data()[pixel], data.sigma[b].data()[pixel],
                                             state.predicted[b].data()[pixel]);
     level.residual[b].data()[pixel] = static_cast<float>(datum.residual / datum.weight);
-    level.weight[b].data()[pixel] = static_cast<float>(datum.weight * datum.weight);
+    level.weight[b].data()[pixel] = static_cast<float>(trust * datum.weight * datum.weight);
   }
 }
 
@@ -43,9 +67,11 @@ void Sense(const PatchProblem& problem, const FitState& state, OctaveLevel& leve
   level.weight = level.epidermis = level.dermis = level.residual;
   if (problem.space().HasJunction()) level.junction = level.residual;
   level.position.assign(problem.space().count(), zero);
+  const PlaneF trust = TrustOf(problem, state);
   ParallelFor(level.shape.height, [&](int y) {
     const std::size_t begin = static_cast<std::size_t>(y) * level.shape.width;
-    for (std::size_t i = begin; i < begin + level.shape.width; ++i) SensePixel(problem, state, i, level);
+    for (std::size_t i = begin; i < begin + level.shape.width; ++i)
+      SensePixel(problem, state, trust.data()[i], i, level);
   });
 }
 

@@ -76,7 +76,7 @@ std::string TruthTable(const ReportContext& context) {
 }  // namespace
 
 std::string MapsSection(const ReportContext& context) {
-  std::string html = TruthTable(context);
+  std::string html = TruthTable(context) + DrawErrorBarChart(context);
   std::string held, pairs;
   for (const ReportedMap& map : context.maps) {
     if (!map.free && Uniform(*map.value) && !map.truth) {

@@ -24,6 +24,9 @@ struct ReportContext {
 };
 ReportContext MakeReportContext(const ReportInput& input);
 
+// Where the truth is known: how often it lies within so many sigma, beside how often it should.
+std::string DrawErrorBarChart(const ReportContext& context);
+
 std::string HeadlineSection(const ReportContext& context);  // title, verdict and the tiles
 std::string ColourSection(const ReportContext& context);
 std::string CapturedSection(const ReportContext& context);

@@ -33,7 +33,8 @@ constexpr FlagInfo kFlags[] = {
      {0, 114, 178}},
     {kFlagNotIdentifiable,
      "not identifiable",
-     "the error bar of a free parameter is wider than half of its range: the data do not say",
+     "the error bar of a free parameter is more than half as wide as its range alone says: the data hardly "
+     "tell",
      {86, 180, 233}},
 };
 constexpr Rgb8 kNoFlag{226, 230, 226};
@@ -49,7 +50,7 @@ std::string Tile(const std::string& key, const std::string& value, const std::st
 std::string FreeParameters(const FitResult& fit) {
   std::string names;
   for (const Parameter p : fit.free_parameters) {
-    names += (names.empty() ? "" : ", ") + std::string(kParameters[static_cast<std::size_t>(p)].name);
+    names += (names.empty() ? "" : ", ") + std::string(InfoOf(p).name);
   }
   return names.empty() ? "none" : names;
 }
@@ -185,12 +186,34 @@ std::string FlagsSection(const ReportContext& context) {
   return Section("flags", "Flags", lead, Grid(map + "<div>" + DrawTable(rows) + "</div>\n", 2));
 }
 
+namespace {
+
+constexpr std::size_t kShownCandidates = 10;
+
+// The sets of free parameters that were weighed, the chosen one first.
+std::string CandidateTable(const FitResult& fit) {
+  if (fit.candidates.empty()) return {};
+  std::vector<std::vector<std::string>> rows{{"free", "absent (0)", "log evidence, 0 for the best"}};
+  for (const Candidate& candidate : fit.candidates) {
+    if (rows.size() > kShownCandidates) break;
+    const std::string names = EscapeHtml(NamesOf(candidate.free));
+    rows.push_back({rows.size() == 1 ? "<b>" + names + "</b> (chosen)" : names,
+                    EscapeHtml(NamesOf(candidate.absent)), FormatValue(candidate.log_evidence, 3)});
+  }
+  return "<h3>What the data carry</h3>\n<p class=\"note\">An unknown is free where it brings the evidence of "
+         "20 to 1; what is neither free nor absent has average skin's value.</p>\n" +
+         DrawTable(rows);
+}
+
+}  // namespace
+
 std::string DecisionsSection(const ReportContext& context) {
   std::string body;
   for (const std::string& decision : context.fit().decisions)
     body += "<li>" + EscapeHtml(decision) + "</li>\n";
   body = body.empty() ? "<p class=\"note\">None were recorded.</p>\n"
                       : "<ul class=\"sentences\">" + body + "</ul>\n";
+  body += CandidateTable(context.fit());
   return Section("decisions", "Decisions", "What the program decided by itself, and why.", body);
 }
 
@@ -204,8 +227,9 @@ std::string HowToReadSection() {
        "(dark brown) rather than pheomelanin (red-yellow). C_he and C_hd: blood in epidermis and dermis, as "
        "volume fractions of whole blood at 150 g/L. C_bc: carotene in g/L."},
       {"Error bar, sigma",
-       "One standard deviation of a value as far as the noise of the measurement causes it. It does not "
-       "know of errors of the model itself: a small residual proves little about the parameters."},
+       "One standard deviation of what is not known about a value: the noise of the measurement, and detail "
+       "that the skin's blur hides. Residuals larger than the noise widen it. It does not know of errors of "
+       "the model that the parameters can imitate: a small residual proves little about them."},
       {"Residual",
        "Measured minus predicted reflectance. Blue: measured darker than predicted; red: brighter. Structure "
        "that resembles the skin means that the model cannot follow; grain like noise is what remains at "

@@ -2,7 +2,6 @@
 // Which parameters a scene's data carry: no more are freed than the evidence asks for.
 #pragma once
 
-#include <string>
 #include <vector>
 
 #include "fit/candidate.h"
@@ -29,8 +28,5 @@ inline constexpr double kEvidenceForOne = 3.0;
 
 // Whether the chosen set may be smaller than skin needs: no more bands than unknowns, or evidence lost.
 bool LacksBands(const std::vector<Candidate>& candidates, int band_count);
-
-// "C_m, beta_m".
-std::string NamesOf(const std::vector<Parameter>& parameters);
 
 }  // namespace dermap

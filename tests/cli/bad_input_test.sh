@@ -26,7 +26,7 @@ refuses 2 - 'unknown command' -- fitt
 refuses 2 - 'in/good.exr' -- fit in/good.exr in/good.exr -o out
 refuses 2 out '--help' -- fit in/good.exr -o out --no-such-flag
 refuses 2 out 'STACK' -- fit -o out
-refuses 2 out 'ceres|fast|descent' -- fit in/good.exr -o out --method ceres
+refuses 2 out 'ceres|fast|descent' -- fit in/good.exr -o out --method newton
 refuses 2 out 'nonsense' -- fit in/good.exr -o out --profiles nonsense
 
 # --- fit: stacks that are missing, foreign, damaged or of the wrong shape

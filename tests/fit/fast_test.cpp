@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <utility>
+#include <vector>
 
 #include "common/core/parallel.h"
 #include "tests/fit/scene.h"
@@ -119,6 +121,30 @@ TEST(Fast, ScatterBeyondTheStatedNoiseWidensSigma) {
   EXPECT_NEAR(boastful.detail.scatter[0], 4.0, 0.4);
   const double ratio = std::sqrt(boastful.variance[0](30, 30) / honest.variance[0](30, 30));
   EXPECT_NEAR(ratio, 1.0, 0.2);
+}
+
+// A hair across the patch, black in all bands: its pixels are flagged by what they are off
+// (fit/uncertainty.h), and skin beside it is found as if it were not there.
+TEST(Fast, AHairStaysWhereItIs) {
+  Scene scene(0.05);
+  for (PlaneF& plane : scene.data.measured)
+    for (int x = 0; x < 64; ++x) plane(x, 20 + x / 8) = 0.02f;
+  const FastOutcome fit = scene.Fit(AllParameters());
+  std::vector<double> errors;
+  int unexplained = 0;
+  for (int y = 0; y < 64; ++y)
+    for (int x = 0; x < 64; ++x) {
+      const int from_hair = std::abs(y - 20 - x / 8);
+      const double found = fit.state.maps[Parameter::kC_m](x, y), truth = scene.truth[Parameter::kC_m](x, y);
+      if (from_hair == 0)
+        unexplained += fit.state.misfit.chi2_map(x, y) > 5.0 * 8;
+      else if (from_hair <= 3)
+        errors.push_back(std::abs(found - truth) / truth);
+    }
+  std::nth_element(errors.begin(), errors.begin() + static_cast<std::ptrdiff_t>(errors.size() / 2),
+                   errors.end());
+  EXPECT_LT(errors[errors.size() / 2], 0.03);
+  EXPECT_GE(unexplained, 60);
 }
 
 TEST(Fast, SameMapsForAnyNumberOfThreads) {
