@@ -63,10 +63,13 @@ std::string Serialized(const std::string& recipe, const BandTables& tables) {
   return bytes + Sha256(bytes);
 }
 
+constexpr std::string_view kTotalsOnly = "totals of ";
+
 std::optional<BandTables> Parsed(std::string_view bytes, const std::string& recipe) {
   const std::string header = Header(recipe);
   // Every table but the ballistic one, which does not spread, has its transforms.
-  const std::size_t transform_values = TableFrequencies_per_mm().size() * kTableSize;
+  const std::size_t transform_values =
+      recipe.starts_with(kTotalsOnly) ? 0 : TableFrequencies_per_mm().size() * kTableSize;
   const std::size_t body = sizeof(double) + kTables.size() * kTableSize * sizeof(GaussianWeights) +
                            (kTables.size() - 1) * transform_values * sizeof(float);
   if (bytes.size() != header.size() + body + kDigestSize || !bytes.starts_with(header)) return std::nullopt;
@@ -83,7 +86,9 @@ std::optional<BandTables> Parsed(std::string_view bytes, const std::string& reci
     std::vector<float> transforms(table == &BandTables::t1_ballistic ? 0 : transform_values);
     if (!transforms.empty()) std::memcpy(transforms.data(), at, transforms.size() * sizeof(float));
     at += transforms.size() * sizeof(float);
-    tables.*table = ProfileTable(std::move(entries), TransformTable(std::move(transforms)));
+    tables.*table = transforms.empty()
+                        ? ProfileTable(std::move(entries))
+                        : ProfileTable(std::move(entries), TransformTable(std::move(transforms)));
   }
   return tables;
 }
@@ -114,6 +119,11 @@ std::string TableCache::Recipe(std::string_view source, double wavelength_nm, co
       TableFrequencies_per_mm().size(), wavelength_nm, config.epidermis_thickness_mm, config.n_outside,
       config.n_epidermis, config.n_dermis, ReducedScatteringEpidermis(wavelength_nm, config),
       ReducedScatteringDermis(wavelength_nm, config), config.anisotropy);
+}
+
+std::string TableCache::TotalsRecipe(std::string_view source, double wavelength_nm,
+                                     const TissueConfig& config) {
+  return std::string(kTotalsOnly) + Recipe(source, wavelength_nm, config);
 }
 
 std::filesystem::path TableCache::PathOf(const std::string& recipe) const {

@@ -21,6 +21,9 @@ class TableCache {
   // Everything that the tables depend on, as text; two tables are the same if and only if their recipes are.
   static std::string Recipe(std::string_view source, double wavelength_nm, const TissueConfig& config);
 
+  // The same of tables that hold totals alone, without transforms.
+  static std::string TotalsRecipe(std::string_view source, double wavelength_nm, const TissueConfig& config);
+
   // nullopt if there is none, or what is there is not whole (said in the log).
   std::optional<BandTables> Load(const std::string& recipe) const;
   // Whole or not at all. What the disk refuses is only said in the log: a cache may fail.

@@ -10,6 +10,7 @@
 
 #include "common/core/parallel.h"
 #include "common/optics/sampled_source.h"
+#include "common/optics/table_cache.h"
 
 namespace dermap {
 namespace {
@@ -40,18 +41,7 @@ ProfileTable TotalsOnly(const std::vector<double>& totals) {
   return ProfileTable(std::move(entries));
 }
 
-}  // namespace
-
-std::vector<FilterNode> FilterNodes(const Band& band) {
-  if (band.fwhm_nm <= 0.0) return {{band.wavelength_nm, 1.0}};
-  const int count = 5 + 2 * std::max(0, static_cast<int>(std::ceil(band.fwhm_nm / 10.0 - 1e-9)) - 1);
-  std::vector<FilterNode> nodes = GaussHermite(count);
-  for (FilterNode& node : nodes)
-    node.wavelength_nm = band.wavelength_nm + node.wavelength_nm * band.fwhm_nm / kFwhmPerSigma;
-  return nodes;
-}
-
-BandTables BuildBandTotals(const ProfileSource& source, double wavelength_nm, const TissueConfig& tissue) {
+BandTables AskForTotals(const ProfileSource& source, double wavelength_nm, const TissueConfig& tissue) {
   const double total_only[] = {0.0};
   std::array<std::vector<double>, 8> totals;
   for (std::vector<double>& values : totals) values.resize(kTableSize);
@@ -85,6 +75,27 @@ BandTables BuildBandTotals(const ProfileSource& source, double wavelength_nm, co
                                      &tables.r1_backward, &tables.t1_backward, &tables.r1_backward_black,
                                      &tables.r2_diffuse,  &tables.r2_normal};
   for (int i = 0; i < 8; ++i) *responses[i] = TotalsOnly(totals[i]);
+  return tables;
+}
+
+}  // namespace
+
+std::vector<FilterNode> FilterNodes(const Band& band) {
+  if (band.fwhm_nm <= 0.0) return {{band.wavelength_nm, 1.0}};
+  const int count = 5 + 2 * std::max(0, static_cast<int>(std::ceil(band.fwhm_nm / 10.0 - 1e-9)) - 1);
+  std::vector<FilterNode> nodes = GaussHermite(count);
+  for (FilterNode& node : nodes)
+    node.wavelength_nm = band.wavelength_nm + node.wavelength_nm * band.fwhm_nm / kFwhmPerSigma;
+  return nodes;
+}
+
+BandTables BuildBandTotals(const ProfileSource& source, double wavelength_nm, const TissueConfig& tissue) {
+  if (!source.IsCostly()) return AskForTotals(source, wavelength_nm, tissue);
+  const TableCache cache;
+  const std::string recipe = TableCache::TotalsRecipe(source.Name(), wavelength_nm, tissue);
+  if (auto kept = cache.Load(recipe)) return *std::move(kept);
+  BandTables tables = AskForTotals(source, wavelength_nm, tissue);
+  cache.Store(recipe, tables);
   return tables;
 }
 
