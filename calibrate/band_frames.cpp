@@ -68,13 +68,13 @@ void CountMasked(const Mosaic& mosaic, const Window& window, BandCalibration& re
   record.masked_share = std::max(record.masked_share, double(masked) / std::max(1, inside));
 }
 
-// Moves the skin's signal, which is of the frame's size, out of its frame.
-SkinMosaic MakeMosaic(const SessionContext& context, SignalFrame& skin, const SignalFrame& spectralon,
+// Moves the signals, which are of the frame's size, out of their frames: Spectralon's must be given back.
+SkinMosaic MakeMosaic(const SessionContext& context, SignalFrame& skin, SignalFrame& spectralon,
                       int spectralon_frames) {
   SkinMosaic out;
   out.mosaic.period = skin.period;
   out.mosaic.skin = std::move(skin.signal);
-  out.mosaic.spectralon = spectralon.signal;
+  out.mosaic.spectralon = std::move(spectralon.signal);
   out.mosaic.mask = std::move(skin.mask);
   for (std::size_t i = 0; i < out.mosaic.mask.size(); ++i)
     out.mosaic.mask.data()[i] |= spectralon.mask.data()[i];
@@ -110,7 +110,8 @@ Window WindowOf(const SessionContext& context, const SkinMosaic& whole, const st
   }
 }
 
-void CropToWindow(const Window& window, Mosaic& mosaic) {
+// Returns the whole Spectralon signal.
+PlaneF CropToWindow(const Window& window, Mosaic& mosaic) {
   double left = 1e30, top = 1e30, right = -1e30, bottom = -1e30;
   for (const Point& corner : window.corners) {
     const Point p = mosaic.lens.PhotositesFromIdeal(corner);
@@ -118,7 +119,9 @@ void CropToWindow(const Window& window, Mosaic& mosaic) {
     top = std::min(top, p.y), bottom = std::max(bottom, p.y);
   }
   const double margin = std::max(kWindowMargin_px, kWindowMargin * window.largest_side_px);
-  mosaic = Crop(mosaic, left - margin, top - margin, right + margin, bottom + margin);
+  Mosaic crop = Crop(mosaic, left - margin, top - margin, right + margin, bottom + margin);
+  std::swap(mosaic, crop);
+  return std::move(crop.spectralon);
 }
 
 // Means of the window's middle, for what the steps did.
@@ -249,7 +252,7 @@ void SetScale(const SessionContext& context, double card_ratio, const Known& cer
 }
 
 // One skin frame beside the Spectralon: window, stray light, scale.
-SkinMosaic PrepareSkin(const SessionContext& context, SignalFrame& skin, const SignalFrame& spectralon,
+SkinMosaic PrepareSkin(const SessionContext& context, SignalFrame& skin, SignalFrame& spectralon,
                        int spectralon_frames, const Known& certificate, BandCalibration& record) {
   const GrayCardRatio card = CompareGrayCard(skin, spectralon, context.gray_card);
   const double drift = card.ratio * spectralon.record.iso / skin.record.iso;
@@ -264,7 +267,7 @@ SkinMosaic PrepareSkin(const SessionContext& context, SignalFrame& skin, const S
   whole.card = card;
   whole.mosaic.scale = certificate.value / card.ratio;
   const Window window = WindowOf(context, whole, skin.record.file);
-  CropToWindow(window, whole.mosaic);
+  spectralon.signal = CropToWindow(window, whole.mosaic);
   MarkDead(whole.mosaic.spectralon, whole.mosaic.period, whole.mosaic.mask);
   record.windows.push_back(window);
   record.steps.clear();  // of the last skin frame; all frames of a band share them but for the drift
@@ -314,7 +317,7 @@ BandFrames PrepareBand(const SessionContext& context, const Band& band, const Kn
   const auto white_frames = static_cast<int>(whites.size());
   record.spectralon_colours = LatticeMeans(whites[0]);
   record.lattice_colours = context.blacks.sensor().colours;
-  const SignalFrame spectralon = MeanSpectralon(std::move(whites), context.gray_card);
+  SignalFrame spectralon = MeanSpectralon(std::move(whites), context.gray_card);
   AddNotes(spectralon.notes, record.notes);
   for (const FrameRecord& frame : context.session.frames) {
     if (frame.role != FrameRole::kSkin || frame.wavelength_nm != band.wavelength_nm) continue;

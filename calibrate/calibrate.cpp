@@ -85,19 +85,38 @@ MosaicNoise NoiseOf(const SkinMosaic& skin, const std::map<int, NoiseModel>& mod
           skin.spectralon_black};
 }
 
-std::vector<PatchSource> SourcesOf(const BandFrames& band, const std::map<int, NoiseModel>& models,
+std::vector<PhotositeNoise> PhotositeNoiseOf(const BandFrames& band,
+                                             const std::map<int, NoiseModel>& models) {
+  std::vector<PhotositeNoise> noise;
+  for (const SkinMosaic& skin : band.skins)
+    noise.push_back(NoiseOfPhotosites(skin.mosaic, NoiseOf(skin, models)));
+  return noise;
+}
+
+std::vector<PatchSource> SourcesOf(const BandFrames& band, const std::vector<PhotositeNoise>& noise,
                                    int patch_px) {
   std::vector<PatchSource> sources;
   for (std::size_t k = 0; k < band.skins.size(); ++k) {
     const PatchMap map{band.record.windows[k].camera_from_unit, band.record.alignment.warp, double(patch_px)};
-    sources.push_back({&band.skins[k].mosaic, map, NoiseOf(band.skins[k], models)});
+    sources.push_back({&band.skins[k].mosaic, map, &noise[k]});
   }
   return sources;
 }
 
-PatchBand ResampleBand(const BandFrames& band, const std::map<int, NoiseModel>& models, int patch_px,
-                       bool draft) {
-  ResampledPatch patch = ResamplePatch(SourcesOf(band, models, patch_px), patch_px, draft);
+// For finding the alignment.
+PatchBand DraftOf(const BandFrames& band, const std::map<int, NoiseModel>& models, int patch_px) {
+  const auto noise = PhotositeNoiseOf(band, models);
+  ResampledPatch patch = ResamplePatch(SourcesOf(band, noise, patch_px), patch_px, true);
+  return {std::move(patch.reflectance), std::move(patch.sigma)};
+}
+
+// From the photosites again, so that nothing is interpolated twice.
+PatchBand ResampleBand(BandFrames& band, const std::map<int, NoiseModel>& models, int patch_px) {
+  const auto noise = PhotositeNoiseOf(band, models);
+  const auto sources = SourcesOf(band, noise, patch_px);
+  ResampledPatch patch = ResamplePatch(sources, patch_px);
+  band.record.correlation = CorrelationOfNoise(sources[0], patch_px);
+  band.record.blur_px = BlurOfPatch(sources[0], band.record.windows[0].blur_px, patch_px);
   return {std::move(patch.reflectance), std::move(patch.sigma)};
 }
 
@@ -171,7 +190,7 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
   result.noise = NoiseOfSession(blacks, frames, result.notes);
   std::vector<PatchBand> patches(bands.size());
   ParallelFor(count, [&](int i) {
-    if (options.align) patches[i] = ResampleBand(frames[i], result.noise, options.patch_px, true);
+    if (options.align) patches[i] = DraftOf(frames[i], result.noise, options.patch_px);
     SetDriftUncertainty(frames[i].skins, result.noise, frames[i].record);
     steps.Done();
   });
@@ -179,11 +198,8 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
   if (options.align) Align(frames, patches, options);
   DropUnalignable(frames);
   clock.Done("align");
-  ParallelFor(count, [&](int i) {  // from the photosites again, so that nothing is interpolated twice
-    patches[i] = ResampleBand(frames[i], result.noise, options.patch_px, false);
-    const PatchSource first = SourcesOf(frames[i], result.noise, options.patch_px)[0];
-    frames[i].record.correlation = CorrelationOfNoise(first, options.patch_px);
-    frames[i].record.blur_px = BlurOfPatch(first, frames[i].record.windows[0].blur_px, options.patch_px);
+  ParallelFor(count, [&](int i) {
+    patches[i] = ResampleBand(frames[i], result.noise, options.patch_px);
     steps.Done();
   });
   clock.Done("resample");

@@ -8,7 +8,7 @@
 #include <cmath>
 #include <vector>
 
-#include "calibrate/spread_table.h"
+#include "calibrate/edge_loss.h"
 #include "calibrate/statistics.h"
 
 namespace dermap {
@@ -27,16 +27,18 @@ constexpr double kLeastBlur_px = 0.3;  // a photosite's area alone: 1 / sqrt(12)
 constexpr double kMostBlur_px = 6.0;
 constexpr double kSettled_px = 0.002;  // a step that moves no edge farther is the last
 constexpr int kIterations = 12;
-constexpr int kRedescendFrom = 4;        // iteration from which outliers count for nothing
-constexpr double kHuber = 2.5;           // robust sigmas
-constexpr double kRedescend = 4.0;       // robust sigmas at which a sample's weight is a quarter
+constexpr int kRedescendFrom = 4;   // iteration from which outliers count for nothing
+constexpr double kHuber = 2.5;      // robust sigmas
+constexpr double kRedescend = 4.0;  // robust sigmas at which a sample's weight is a quarter
+constexpr double kModelScatter =
+    0.02;  // of the step: what a photosite's square area makes of it that no Gaussian does
 constexpr double kReadNoiseDn = 20.0;    // signal at which shot noise equals read noise, about
 constexpr double kModelError_px = 0.05;  // of an edge, beyond its noise: measured on the simulated bench
 constexpr double kFarthest_px = 2.5;     // shift from where the edge was thought to be
 
-// Widths of the profiles that stand for skin's, mm: half of a mean free path to the reach of light in red.
-constexpr std::array<double, 2> kSpreads_mm{0.07, 0.22};
-constexpr int kSpreads = static_cast<int>(kSpreads_mm.size());
+// Lengths of the exponentials that stand for skin's loss, mm.
+constexpr std::array<double, 2> kLengths_mm{0.06, 0.2};
+constexpr int kSpreads = static_cast<int>(kLengths_mm.size());
 // What is expected of the parameters that noise alone would leave open: one standard deviation.
 constexpr double kShareSigma = 0.5;
 constexpr double kAcrossSigma = 0.3;  // change of the level over the reach, relative
@@ -126,25 +128,13 @@ struct Model {
   std::array<Reach, 4> reach{};
 };
 
-using Tables = std::array<std::vector<SpreadTable>, 4>;  // of each edge
-
-Tables TablesOf(const Model& model) {
-  Tables tables;
-  for (std::size_t i = 0; i < 4; ++i) {
-    for (const double spread : kSpreads_mm) {
-      tables[i].emplace_back(spread * model.reach[i].px_per_mm, model.blur, model.reach[i].inside_px);
-    }
-  }
-  return tables;
-}
-
 struct Terms {
   std::array<int, kTerms> index;
   std::array<double, kTerms> gradient;
 };
 
 // Value of the model at a sample and its derivatives by the parameters that it depends on.
-double Evaluate(const Model& m, const Tables& tables, const Sample& p, Terms& out) {
+double Evaluate(const Model& m, const Sample& p, Terms& out) {
   const auto& [outside, inside, across, along] = m.levels[static_cast<std::size_t>(p.segment)];
   const auto edge = static_cast<std::size_t>(p.edge);
   const double share = p.t / m.length[edge];
@@ -159,7 +149,8 @@ double Evaluate(const Model& m, const Tables& tables, const Sample& p, Terms& ou
   double by_blur = -step * bell * z / m.blur + across * bell;
   double by_inside = e;
   for (int k = 0; k < kSpreads; ++k) {
-    const SpreadTable::Values loss = tables[edge][static_cast<std::size_t>(k)].At(d);
+    const EdgeLoss loss =
+        BlurredLoss(d, kLengths_mm[static_cast<std::size_t>(k)] * m.reach[edge].px_per_mm, m.blur);
     const double w = m.share[static_cast<std::size_t>(k)];
     value -= inside * w * loss.loss;
     by_distance -= inside * w * loss.by_distance;
@@ -236,18 +227,20 @@ void Move(const Eigen::VectorXd& step, Model& model) {
 // One step; returns the scale of a weighted residual (robust standard deviation).
 double Step(const std::vector<Sample>& samples, bool redescend, Model& model, Eigen::MatrixXd& normal) {
   const auto unknowns = static_cast<Eigen::Index>(kShared + kPerSegment * model.levels.size());
-  const Tables tables = TablesOf(model);
   std::vector<Terms> terms(samples.size());
   std::vector<float> residuals(samples.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    const double r = samples[k].value - Evaluate(model, tables, samples[k], terms[k]);
+    const double r = samples[k].value - Evaluate(model, samples[k], terms[k]);
     residuals[k] = static_cast<float>(std::sqrt(samples[k].weight) * r);
   }
   const double sigma = std::max(1e-9, MedianAndScatter(residuals).sigma);
   normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
   Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
   for (std::size_t k = 0; k < samples.size(); ++k) {
-    const double weight = samples[k].weight * RobustWeight(std::abs(residuals[k]) / sigma, redescend);
+    const auto& level = model.levels[static_cast<std::size_t>(samples[k].segment)];
+    const double own = std::abs(level[1] - level[0]) * kModelScatter * std::sqrt(samples[k].weight);
+    const double scale = std::hypot(sigma, own);
+    const double weight = samples[k].weight * RobustWeight(std::abs(residuals[k]) / scale, redescend);
     const double r = residuals[k] / std::sqrt(samples[k].weight);
     const Terms& t = terms[k];
     for (int i = 0; i < kTerms; ++i) {  // indices ascend: the lower triangle

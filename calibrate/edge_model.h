@@ -33,10 +33,13 @@ struct EdgeShift {
 
 // Near an edge a photosite at the distance d inwards of it shows, blurred by the lens, `outside` for d < 0
 // and for d > 0
-//   inside (1 - sum_k w_k (1 - Phi(d / s_k))) + across d + along u,
-// Phi the normal distribution's integral: light that skin scatters sideways out of the lit half-plane is lost
-// under the tape, and since every profile of ours is a sum of Gaussians, so is what is lost. The widths s_k
-// are fixed in mm; the shares w_k and the blur are common to the four edges, the other levels to a stretch of
+//   inside (1 - sum_k w_k exp(-d / l_k) / 2) + across d + along u:
+// light that skin scatters sideways out of the lit half-plane is lost under the tape. The exact optics of the
+// layers give a loss of exp(-(d / l)^p) / 2, p = 0.68 +- 0.03, l depending on the band; such a function (any
+// p below 1) is a mixture of exponentials, of which two of fixed lengths and free shares do. Gaussians do
+// not: they are flat at the edge, where the loss is steepest. A free length would go to 0 on a target that
+// loses nothing, and leave the edge's place open. The shares w_k and the blur are common to the four edges,
+// the other levels to a stretch of
 // an edge. On a target without lateral transport the w_k come out as 0. Interpolating first would not do:
 // where a filter's light reaches one colour only, its lattice steps by two photosites, wider than the lens
 // blurs, and half-level points are off by up to half a photosite. nullopt where the fit fails or wanders off.

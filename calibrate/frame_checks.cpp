@@ -12,17 +12,18 @@
 namespace dermap {
 namespace {
 
-constexpr double kDarkCard = 0.005;      // of full scale: no flash at all
-constexpr double kRoomLight = 4.0;       // standard errors of a frame's mean above black: some light came in
-constexpr double kDarkAgainst = 0.2;     // of the Spectralon frame's card: the flash did not fire
-constexpr double kWeakFlash = 0.7;       // outside of this and its inverse the flash had not recycled
-constexpr double kUnevenCard = 0.03;     // of the card's ratio: something shades it
-constexpr double kMovedCard = 0.15;      // the same: it moved, or something lies on it
-constexpr double kOtherFilter = 0.08;    // of the colours' ratios: another filter
-constexpr double kDarkCell = 0.3;        // of the bright ones: tape
-constexpr double kTapedShare = 0.1;      // of the middle's cells
-constexpr double kMiddle = 0.6;          // of the frame, each way
-constexpr double kSaturatedShare = 0.9;  // of the panel's cells: nothing left to measure with
+constexpr double kDarkCard = 0.005;       // of full scale: no flash at all
+constexpr double kRoomLight = 4.0;        // standard errors of a frame's mean above black: some light came in
+constexpr double kDarkAgainst = 0.2;      // of the Spectralon frame's card: the flash did not fire
+constexpr double kWeakFlash = 0.7;        // outside of this and its inverse the flash had not recycled
+constexpr double kUnevenCard = 0.03;      // of the card's ratio: something shades it
+constexpr double kMovedCard = 0.15;       // the same: it moved, or something lies on it
+constexpr double kOtherFilter = 0.08;     // of the colours' ratios: another filter
+constexpr double kDarkCell = 0.3;         // of the bright ones: tape
+constexpr double kTapedShare = 0.1;       // of the middle's cells
+constexpr double kMiddle = 0.6;           // of the frame, each way
+constexpr double kSaturatedColour = 0.1;  // of a frame's photosites: one colour of four, in half of the frame
+constexpr double kSaturatedShare = 0.9;   // of the panel's cells: nothing left to measure with
 
 [[noreturn]] void FlashFailed(const SignalFrame& frame, const PixelRegion& card, const std::string& found) {
   throw CaptureFailure(frame.record.file + ": the flash did not fire (" + found +
@@ -109,6 +110,16 @@ std::vector<std::string> CheckCard(const SignalFrame& skin, const SignalFrame& s
                              "read in this frame and in "
                              "the Spectralon frame: lower the ISO for this filter and capture again",
                          FailurePicture(skin.signal, card));
+  }
+  // A colour that the filter hardly passes is not saturated and goes on telling a ratio.
+  if (drift < kDarkAgainst && spectralon.saturated_share > kSaturatedColour) {
+    throw CaptureFailure(
+        spectralon.record.file + ": the Spectralon is saturated (" + Short(100 * spectralon.saturated_share) +
+            " % of the photosites), and its gray card is " + Short(1.0 / drift) + " times as bright as in " +
+            skin.record.file +
+            "; expected at most 90 % of full scale: lower the ISO for this filter and capture its Spectralon "
+            "and skin frames again",
+        FailurePicture(spectralon.signal, card));
   }
   if (drift < kDarkAgainst) {
     FlashFailed(skin, card,

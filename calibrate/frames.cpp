@@ -22,6 +22,7 @@ constexpr double kDeadDeviation = 0.3;       // share of what the neighbours ans
 constexpr double kDeadSigmas = 8.0;
 constexpr double kFineSteps = 20000.0;  // white level above which steps of 1/16 DN would not reach far enough
 constexpr std::size_t kReadAhead = 2;   // black frames decoded at once
+constexpr int kStrips = 8;              // of a frame, for threads
 constexpr double kLitBlack = 0.03;      // of full scale, mean
 
 std::string Shape(int width, int height) {
@@ -91,14 +92,18 @@ struct BlackSums {
     if (frames == 1) squares = PlaneF(sum.width(), sum.height());
     const auto before = static_cast<float>(frames);
     ++frames;
-    for (std::size_t k = 0; k < sum.size(); ++k) {
+    ParallelFor(kStrips, [&](int strip) {
+      const std::size_t first = sum.size() * strip / kStrips, last = sum.size() * (strip + 1) / kStrips;
+      const std::uint16_t* values = frame.values.data();
       if (frames > 1) {
-        const float delta =
-            static_cast<float>(frame.values.data()[k]) - static_cast<float>(sum.data()[k]) / before;
-        squares.data()[k] += delta * delta * before / (before + 1.0f);
+        const float per_frame = 1.0f / before, share = before / (before + 1.0f);
+        for (std::size_t k = first; k < last; ++k) {
+          const float delta = static_cast<float>(values[k]) - static_cast<float>(sum.data()[k]) * per_frame;
+          squares.data()[k] += delta * delta * share;
+        }
       }
-      sum.data()[k] += frame.values.data()[k];
-    }
+      for (std::size_t k = first; k < last; ++k) sum.data()[k] += values[k];
+    });
   }
 
   Plane<std::uint16_t> MeanIn(float step_dn) const {
@@ -126,9 +131,9 @@ struct BlackSums {
 
 // A lit frame in a black one's place would be subtracted from everything.
 void CheckBlack(const FrameRecord& record, const BayerFrame& frame) {
-  double sum = 0.0;
+  std::uint64_t sum = 0;
   for (const auto v : frame.values.values()) sum += v;
-  const double mean = sum / static_cast<double>(frame.values.size());
+  const double mean = double(sum) / static_cast<double>(frame.values.size());
   const double share = (mean - frame.black_level) / (frame.white_level - frame.black_level);
   if (share < kLitBlack) return;
   throw InputError(
@@ -276,12 +281,26 @@ SignalFrame ReadSignal(const FrameRecord& record, const FrameReader& read, const
 }
 
 std::array<double, kLatticeCount> LatticeMeans(const SignalFrame& frame) {
+  constexpr int kLanes = 8;  // sums side by side, for the compiler to keep in one vector
   std::array<double, kLatticeCount> sum{}, count{};
   for (int y = 0; y < frame.signal.height(); ++y) {
-    for (int x = 0; x < frame.signal.width(); ++x) {
-      if ((frame.mask(x, y) & kPhotositeHot) != 0) continue;  // saturated ones are bright: they count here
-      sum[LatticeOf(x, y)] += frame.signal(x, y);
-      count[LatticeOf(x, y)] += 1.0;
+    const float* signal = frame.signal.Row(y);
+    const std::uint8_t* mask = frame.mask.Row(y);
+    std::array<float, kLanes> row{}, used{};
+    int x = 0;
+    const auto add = [&](int lane) {
+      // Saturated ones are bright: they count here.
+      const float usable = (mask[x + lane] & kPhotositeHot) != 0 ? 0.0f : 1.0f;
+      row[lane] += usable * signal[x + lane];
+      used[lane] += usable;
+    };
+    for (; x + kLanes <= frame.signal.width(); x += kLanes) {
+      for (int lane = 0; lane < kLanes; ++lane) add(lane);
+    }
+    for (int lane = 0; x + lane < frame.signal.width(); ++lane) add(lane);
+    for (int lane = 0; lane < kLanes; ++lane) {
+      sum[LatticeOf(lane, y)] += row[lane];
+      count[LatticeOf(lane, y)] += used[lane];
     }
   }
   for (int i = 0; i < kLatticeCount; ++i) sum[i] = count[i] > 0.0 ? sum[i] / count[i] : 0.0;

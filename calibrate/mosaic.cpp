@@ -68,10 +68,9 @@ Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double 
   return out;
 }
 
-LatticeCell CellAt(const Mosaic& mosaic, int lattice, double camera_x, double camera_y) {
+LatticeCell CellAt(const Mosaic& mosaic, int lattice, Point p) {
   const int ox = lattice & 1;
   const int oy = lattice >> 1;
-  const Point p = mosaic.lens.PhotositesFromIdeal({camera_x, camera_y});
   const double u = (p.x - mosaic.x0 - 0.5 - ox) / 2.0;
   const double v = (p.y - mosaic.y0 - 0.5 - oy) / 2.0;
   const int iu = static_cast<int>(std::floor(u));
@@ -82,10 +81,11 @@ LatticeCell CellAt(const Mosaic& mosaic, int lattice, double camera_x, double ca
 }
 
 double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y) {
+  const Point p = mosaic.lens.PhotositesFromIdeal({camera_x, camera_y});
   double skin = 0.0;
   double spectralon = 0.0;
   for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
-    const LatticeCell c = CellAt(mosaic, lattice, camera_x, camera_y);
+    const LatticeCell c = CellAt(mosaic, lattice, p);
     if (!c.inside) continue;
     double own_skin = 0.0;
     double own_spectralon = 0.0;

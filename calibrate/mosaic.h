@@ -29,14 +29,15 @@ struct Mosaic {
 // Part of a mosaic: corners are moved outwards to even photosites and clipped to the frame.
 Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double bottom);
 
-// The four photosites of one lattice around a point, and their bilinear weights. A lattice is linear in
-// between its own photosites, so a gradient of the image is no error, however unequal the lattices' weights.
+// The four photosites of one lattice around a point (photosites of the frame), and their bilinear weights. A
+// lattice is linear in between its own photosites, so a gradient of the image is no error, however unequal
+// the lattices' weights.
 struct LatticeCell {
   int x, y;  // the upper left photosite, in crop coordinates; the others lie two further
   double fx, fy;
   bool inside;
 };
-LatticeCell CellAt(const Mosaic& mosaic, int lattice, double camera_x, double camera_y);
+LatticeCell CellAt(const Mosaic& mosaic, int lattice, Point photosites);
 
 // Reflectance at a point: ratio of the lattices' sums; NaN outside or where masked. For finding edges.
 double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y);

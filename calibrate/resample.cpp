@@ -17,38 +17,6 @@ constexpr double kSampleStep_px = 1.5;  // photosites; a bilinear sample reaches
 constexpr double kPlaneReach_px = 3.5;  // X-Trans: every colour lies within it several times
 constexpr int kCorrelationStep = 16;    // pixels between the places where correlation is reckoned
 
-// Variances of each photosite from smoothed signals, in DN^2 of skin and Spectralon.
-struct PhotositeNoise {
-  PlaneF spectralon;     // smoothed signal
-  PlaneF skin_variance;  // of the skin frame and its own black
-  PlaneF
-      spectralon_variance;  // of the Spectralon frame, its own and the shared black, as seen in reflectance
-  PlaneF weight;            // 1 / variance of a single photosite's reflectance, 0 where too weak
-};
-
-PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise) {
-  PhotositeNoise out;
-  out.spectralon = LatticeSmooth(mosaic.spectralon, mosaic.mask, mosaic.period);
-  const PlaneF skin = LatticeSmooth(mosaic.skin, mosaic.mask, mosaic.period);
-  out.skin_variance = out.spectralon_variance = out.weight = PlaneF(mosaic.width(), mosaic.height());
-  for (std::size_t i = 0; i < skin.size(); ++i) {
-    const double s = skin.data()[i];
-    const double w = out.spectralon.data()[i];
-    const double ratio = w > 0.0 ? s / w : 0.0;
-    const double of_skin = noise.skin.Variance(s) + noise.skin_black * noise.skin.read_variance;
-    const double of_white = noise.spectralon.Variance(w) / noise.spectralon_frames +
-                            noise.spectralon_black * noise.spectralon.read_variance;
-    // d(s/w) by the black of both: -(1 - s/w) / w.
-    const double shared = (1.0 - ratio) * (1.0 - ratio) * noise.shared_black * noise.skin.read_variance;
-    out.skin_variance.data()[i] = static_cast<float>(of_skin);
-    out.spectralon_variance.data()[i] = static_cast<float>(ratio * ratio * of_white + shared);
-    const double total = of_skin + ratio * ratio * of_white + shared;
-    const bool strong = w > kWeakestSignal * std::sqrt(noise.spectralon.Variance(w));
-    out.weight.data()[i] = strong ? static_cast<float>(w * w / total) : 0.0f;
-  }
-  return out;
-}
-
 // The photosites that one pixel is made of: coefficients of the skin's signal within a box.
 struct PixelWeights {
   int x0 = 0, y0 = 0, width = 0, height = 0;
@@ -105,17 +73,22 @@ class SharedNoise {
 class Resampler {
  public:
   Resampler(const PatchSource& source, int patch_px, bool draft = false)
-      : mosaic_(*source.mosaic),
-        map_(source.map),
-        noise_(NoiseOfPhotosites(*source.mosaic, source.noise)),
-        patch_px_(patch_px) {
-    const Point a = map_({0, 0});
-    const Point b = map_({1, 0});
-    const Point c = map_({1, 1});
-    const double side = std::max(std::hypot(b.x - a.x, b.y - a.y), std::hypot(c.x - b.x, c.y - b.y));
+      : mosaic_(*source.mosaic), noise_(*source.noise), patch_px_(patch_px) {
+    const auto count = static_cast<std::size_t>(patch_px + 1);
+    corners_.reserve(count * count);
+    for (int y = 0; y <= patch_px; ++y) {
+      for (int x = 0; x <= patch_px; ++x) {
+        const Point unit{double(x) / patch_px, double(y) / patch_px};
+        corners_.push_back(mosaic_.lens.PhotositesFromIdeal(source.map(unit)));
+      }
+    }
     if (draft) return;
+    const auto side = [&](std::size_t from, std::size_t to) {
+      return std::hypot(corners_[to].x - corners_[from].x, corners_[to].y - corners_[from].y);
+    };
+    const double longest = std::max(side(0, count - 1), side(count - 1, count * count - 1));
     samples_ =
-        std::max(2, static_cast<int>(std::ceil(side / patch_px / kSampleStep_px)));  // 2 as in [D08 7.2]
+        std::max(2, static_cast<int>(std::ceil(longest / patch_px / kSampleStep_px)));  // 2 as in [D08 7.2]
   }
 
   void Pixel(int px, int py, PixelWeights& out) const {
@@ -125,7 +98,7 @@ class Resampler {
     for (int j = 0; j < samples_; ++j) {
       for (int i = 0; i < samples_; ++i) {
         double value = 0.0;
-        if (!Sample(map_(UnitPoint(px, py, i, j)), out, value)) continue;
+        if (!Sample(SamplePoint(px, py, i, j), out, value)) continue;
         skin_sum += value;
         ++used;
       }
@@ -180,8 +153,16 @@ class Resampler {
     }
   }
 
-  Point UnitPoint(int px, int py, int i, int j) const {
-    return {(px + (i + 0.5) / samples_) / patch_px_, (py + (j + 0.5) / samples_) / patch_px_};
+  // Photosites of a sample, between those of the pixel's corners: over one pixel the map is straight to 1e-3.
+  Point SamplePoint(int px, int py, int i, int j) const {
+    const double fx = (i + 0.5) / samples_, fy = (j + 0.5) / samples_;
+    const Point* top = &corners_[static_cast<std::size_t>(py) * (patch_px_ + 1) + px];
+    const Point* bottom = top + patch_px_ + 1;
+    const auto between = [&](double a, double b, double c, double d) {
+      return (1 - fy) * ((1 - fx) * a + fx * b) + fy * ((1 - fx) * c + fx * d);
+    };
+    return {between(top[0].x, top[1].x, bottom[0].x, bottom[1].x),
+            between(top[0].y, top[1].y, bottom[0].y, bottom[1].y)};
   }
 
   // All photosites within reach of the pixel's corner samples.
@@ -189,7 +170,7 @@ class Resampler {
     double left = 1e30, top = 1e30, right = -1e30, bottom = -1e30;
     for (const int i : {0, samples_ - 1}) {
       for (const int j : {0, samples_ - 1}) {
-        const Point p = mosaic_.lens.PhotositesFromIdeal(map_(UnitPoint(px, py, i, j)));
+        const Point p = SamplePoint(px, py, i, j);
         left = std::min(left, p.x), right = std::max(right, p.x);
         top = std::min(top, p.y), bottom = std::max(bottom, p.y);
       }
@@ -210,8 +191,7 @@ class Resampler {
   // Where a lattice holds several colours: a plane through the reflectances of the photosites around,
   // weighted by their noise and nearness, read at the point. Exact on gradients whatever the weights.
   bool SamplePlane(Point p, PixelWeights& out, double& value) const {
-    const Point at = mosaic_.lens.PhotositesFromIdeal(p);
-    const double cx = at.x - mosaic_.x0, cy = at.y - mosaic_.y0;
+    const double cx = p.x - mosaic_.x0, cy = p.y - mosaic_.y0;
     const int x0 = std::max({0, out.x0, static_cast<int>(std::floor(cx - kPlaneReach_px))});
     const int y0 = std::max({0, out.y0, static_cast<int>(std::floor(cy - kPlaneReach_px))});
     const int x1 = std::min({mosaic_.width(), out.x0 + out.width, static_cast<int>(cx + kPlaneReach_px) + 1});
@@ -254,7 +234,7 @@ class Resampler {
     double total = 0.0;
     for (int l = 0; l < kLatticeCount; ++l) {
       Lattice& lattice = lattices[l];
-      const LatticeCell c = lattice.cell = CellAt(mosaic_, l, p.x, p.y);
+      const LatticeCell c = lattice.cell = CellAt(mosaic_, l, p);
       if (!c.inside) continue;
       lattice.b = {(1 - c.fx) * (1 - c.fy), c.fx * (1 - c.fy), (1 - c.fx) * c.fy, c.fx * c.fy};
       bool usable = true;
@@ -285,13 +265,36 @@ class Resampler {
   }
 
   const Mosaic& mosaic_;
-  PatchMap map_;
-  PhotositeNoise noise_;
+  const PhotositeNoise& noise_;
   int patch_px_;
-  int samples_ = 2;  // a pixel and axis
+  std::vector<Point> corners_;  // of the pixels, row by row: photosites of the frame
+  int samples_ = 2;             // a pixel and axis
 };
 
 }  // namespace
+
+PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise) {
+  PhotositeNoise out;
+  out.spectralon = LatticeSmooth(mosaic.spectralon, mosaic.mask, mosaic.period);
+  const PlaneF skin = LatticeSmooth(mosaic.skin, mosaic.mask, mosaic.period);
+  out.skin_variance = out.spectralon_variance = out.weight = PlaneF(mosaic.width(), mosaic.height());
+  for (std::size_t i = 0; i < skin.size(); ++i) {
+    const double s = skin.data()[i];
+    const double w = out.spectralon.data()[i];
+    const double ratio = w > 0.0 ? s / w : 0.0;
+    const double of_skin = noise.skin.Variance(s) + noise.skin_black * noise.skin.read_variance;
+    const double of_white = noise.spectralon.Variance(w) / noise.spectralon_frames +
+                            noise.spectralon_black * noise.spectralon.read_variance;
+    // d(s/w) by the black of both: -(1 - s/w) / w.
+    const double shared = (1.0 - ratio) * (1.0 - ratio) * noise.shared_black * noise.skin.read_variance;
+    out.skin_variance.data()[i] = static_cast<float>(of_skin);
+    out.spectralon_variance.data()[i] = static_cast<float>(ratio * ratio * of_white + shared);
+    const double total = of_skin + ratio * ratio * of_white + shared;
+    const bool strong = w > kWeakestSignal * std::sqrt(noise.spectralon.Variance(w));
+    out.weight.data()[i] = strong ? static_cast<float>(w * w / total) : 0.0f;
+  }
+  return out;
+}
 
 ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px, bool draft) {
   std::vector<Resampler> resamplers;

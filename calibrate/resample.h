@@ -24,11 +24,21 @@ struct MosaicNoise {
   double spectralon_black = 0.0;
 };
 
+// Variances of each photosite from smoothed signals, in DN^2 of skin and Spectralon.
+struct PhotositeNoise {
+  PlaneF spectralon;     // smoothed signal
+  PlaneF skin_variance;  // of the skin frame and its own black
+  PlaneF
+      spectralon_variance;  // of the Spectralon frame, its own and the shared black, as seen in reflectance
+  PlaneF weight;            // 1 / variance of a single photosite's reflectance, 0 where too weak
+};
+PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise);
+
 // One skin frame of a band, and where the patch lies in it.
 struct PatchSource {
   const Mosaic* mosaic;
   PatchMap map;
-  MosaicNoise noise;
+  const PhotositeNoise* noise;
 };
 
 struct ResampledPatch {

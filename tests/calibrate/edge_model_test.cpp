@@ -8,26 +8,35 @@
 #include <functional>
 
 #include "calibrate/band_frames.h"
-#include "calibrate/spread_table.h"
+#include "calibrate/edge_loss.h"
 #include "tests/calibrate/simulated_session.h"
 
 namespace dermap {
 namespace {
 
-// By the trapezoid rule on the definition, in steps of a hundredth of a photosite.
+// By the midpoint rule on the definition, in steps of a two-thousandth of a photosite; derivatives by
+// differences.
 TEST(BlurredLoss, IsItsIntegral) {
-  for (const auto& [d, spread, blur] :
-       {std::array{0.0, 3.0, 0.6}, {2.5, 3.0, 0.6}, {-1.0, 1.0, 0.9}, {6.0, 12.0, 1.5}}) {
+  for (const auto& [d, length, blur] : {std::array{0.0, 3.0, 0.6},
+                                        {2.5, 3.0, 0.6},
+                                        {-1.0, 1.0, 0.9},
+                                        {6.0, 12.0, 1.5},
+                                        {7.0, 1.0, 0.6},
+                                        {-2.0, 0.5, 3.0}}) {
     double sum = 0.0;
-    for (int i = 0; i < 6000; ++i) {
-      const double y = 0.01 * (i + 0.5);
-      sum += 0.01 * NormalIntegral(-y / spread) * NormalDensity((d - y) / blur) / blur;
+    for (int i = 0; i < 60000; ++i) {
+      const double y = 0.0005 * (i + 0.5);
+      sum += 0.0005 * 0.5 * std::exp(-y / length) * NormalDensity((d - y) / blur) / blur;
     }
-    EXPECT_NEAR(BlurredLoss(d, spread, blur), sum, 2e-5) << d << " " << spread << " " << blur;
-    const SpreadTable table(spread, blur, 20.0);
-    EXPECT_NEAR(table.At(d).loss, sum, 1e-3);
-    const double slope = (BlurredLoss(d + 1e-3, spread, blur) - BlurredLoss(d - 1e-3, spread, blur)) / 2e-3;
-    EXPECT_NEAR(table.At(d).by_distance, slope, 0.02);
+    const EdgeLoss found = BlurredLoss(d, length, blur);
+    EXPECT_NEAR(found.loss, sum, 1e-6) << d << " " << length << " " << blur;
+    const auto slope = [&](double by_d, double by_blur) {
+      return (BlurredLoss(d + by_d, length, blur + by_blur).loss -
+              BlurredLoss(d - by_d, length, blur - by_blur).loss) /
+             (2 * (by_d + by_blur));
+    };
+    EXPECT_NEAR(found.by_distance, slope(1e-4, 0.0), 1e-6);
+    EXPECT_NEAR(found.by_blur, slope(0.0, 1e-4), 1e-6);
   }
 }
 

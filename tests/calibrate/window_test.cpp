@@ -9,6 +9,7 @@
 #include <iostream>
 
 #include "calibrate/band_frames.h"
+#include "calibrate/edge_loss.h"
 #include "common/core/error.h"
 #include "tests/calibrate/simulated_session.h"
 
@@ -101,6 +102,43 @@ TEST(Window, TakesASharpSquareAsItIs) {
   const Point middle = window.camera_from_unit({0.5, 0.5});
   EXPECT_NEAR(middle.x, 180.0, 0.05);
   EXPECT_NEAR(middle.y, 160.0, 0.05);
+}
+
+// A square with edges anywhere between photosites, blurred by a Gaussian: each photosite its mean over its
+// own area, in closed form. No noise but, where asked, rounding to whole values.
+Mosaic BlurredSquare(double blur, double left, double top, double right, double bottom, double high,
+                     bool rounded) {
+  Mosaic mosaic = TapeWith({});
+  // Integral of Phi(x / blur).
+  const auto ramp = [&](double x) { return x * NormalIntegral(x / blur) + blur * NormalDensity(x / blur); };
+  const auto within = [&](int i, double from, double to) {
+    return ramp(i + 1 - from) - ramp(i - from) - ramp(i + 1 - to) + ramp(i - to);
+  };
+  for (int y = 0; y < mosaic.height(); ++y) {
+    for (int x = 0; x < mosaic.width(); ++x) {
+      const double value = 30.0 + (high - 30.0) * within(x, left, right) * within(y, top, bottom);
+      mosaic.skin(x, y) = static_cast<float>(rounded ? std::round(value) : value);
+    }
+  }
+  return mosaic;
+}
+
+// By construction. A target that loses no light under the tape must not be taken for one that does, whatever
+// the blur and the contrast; what a loss would move is 0.5 photosites and more.
+TEST(Window, TakesABlurredSquareThatLosesNoLightAsItIs) {
+  for (const double blur : {0.3, 0.5, 0.9, 1.5}) {
+    for (const double high : {90.0, 400.0, 950.0}) {
+      for (const bool rounded : {false, true}) {
+        const std::array<Point, 4> truth{Point{60.3, 50.8}, {300.5, 50.8}, {300.5, 270.1}, {60.3, 270.1}};
+        const Window window =
+            FindWindow(BlurredSquare(blur, 60.3, 50.8, 300.5, 270.1, high, rounded), kCard, 7.5, "frame");
+        for (std::size_t i = 0; i < 4; ++i) {
+          EXPECT_NEAR(window.corners[i].x, truth[i].x, 0.05) << blur << " " << high << " " << rounded;
+          EXPECT_NEAR(window.corners[i].y, truth[i].y, 0.05) << blur << " " << high << " " << rounded;
+        }
+      }
+    }
+  }
 }
 
 std::string ErrorOf(const Mosaic& mosaic) {

@@ -19,7 +19,10 @@ plan() { # plan ISO
   printf 'black_frames = 1\nspectralon_frames = 1\nskin_frames = 1\n'
   printf '[[exposure]]\nslot = %s\nexposure_ms = 10\niso = %s\n' 1 "$1" 5 "$1"
 }
+red_plan() { plan "$1" | sed 's/slot = 5/slot = 7/'; } # 610 nm in the place of 560 nm
 plan 125 >plan.toml
+red_plan 125 >red.toml
+{ echo 'adapt_exposure = false' && red_plan 3200; } >red_bright.toml
 { echo 'adapt_exposure = false' && plan 6400; } >bright.toml
 capture() { # capture FOLDER PLAN RIG [SCENE]
   run capture "$2" --rig "$3" --out "$1" --scene "${4:-$root/config/scenes/gray_50.toml}"
@@ -29,6 +32,8 @@ sed 's/^gray_card_region = .*/gray_card_region = [0.80, 0.45, 0.14, 0.5]/' "$rig
 printf '[bench]\nmisfired_shots = [4]\n' | cat "$root/config/scenes/gray_50.toml" - >misfire.toml
 capture good plan.toml "$rig"
 capture bright bright.toml "$rig"
+capture red red.toml "$rig"
+capture red_bright red_bright.toml "$rig"
 capture lower_card plan.toml lower_card.toml
 capture misfire plan.toml "$rig" misfire.toml
 
@@ -79,6 +84,9 @@ shows 'skin_450nm.dng|flash did not fire|lens cap'
 # --- saturated, moved
 fresh && cp "$(frame bright spectralon_560nm)" "$(frame bad spectralon_560nm)"
 shows 'spectralon_560nm.dng|saturated'
+# At 610 nm red alone is: the other colours still tell a ratio, which must not be read as a flash that failed.
+rm -rf bad && cp -r red bad && cp "$(frame red_bright spectralon_610nm)" "$(frame bad spectralon_610nm)"
+shows 'spectralon_610nm.dng|Spectralon is saturated'
 fresh && cp "$(frame lower_card skin_450nm)" "$(frame bad skin_450nm)"
 shows 'skin_450nm.dng|gray card moved'
 
