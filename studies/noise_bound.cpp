@@ -24,7 +24,7 @@ ParameterVector NoiseBound(const ForwardModel& model, const ParameterMaps& truth
   const std::size_t step = std::max<std::size_t>(1, truth.planes[0].size() / kSamples);
   std::array<std::vector<double>, kParameterCount> sigmas;
   for (std::size_t i = 0; i < truth.planes[0].size(); i += step) {
-    const ParameterVector p = ParametersAt(truth, i);
+    const ParameterVector p = TableOne(PointAt(truth, i, model.tissue().junction_absorbance));
     Eigen::Matrix<double, kParameterCount, kParameterCount> normal;
     normal.setZero();
     for (int k = 0; k < kParameterCount; ++k) {

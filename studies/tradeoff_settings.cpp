@@ -92,9 +92,6 @@ std::vector<FitSetting> FitSettings(int size, bool quick) {
     add(fmt::format("tolerance {:g}", tolerance), "fast (default method)").options.tolerance = tolerance;
   if (!quick) {
     add(fmt::format("{} px", size / 4), "fast (default method)").options.size = size / 4;
-    add("no noise probe", "fast (default method)").options.noise_probe = false;
-    for (const double stop : {1.5, 1.1, 0.9})
-      add(fmt::format("stop at chi2 {:g}", stop), "fast (default method)").options.stop_chi2 = stop;
     add("exit alone", "fast, other engines").options.forward.coupling = Coupling::kGather;
     add("cascade", "fast, other engines").options.forward.engine = Engine::kCascade;
   }
@@ -133,8 +130,7 @@ FitOptions ReferenceFit(int size) {
   FitOptions options;
   options.size = size;
   options.time_budget_s = 1e6;
-  options.tolerance = 1e-4;
-  options.noise_probe = false;
+  options.method = FitMethod::kCeres;
   return options;
 }
 

@@ -1,16 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Speed against accuracy: every way to render and to fit, time against error, and whether the shipped
-// defaults lie on the front.
+// Speed against accuracy: one way to render or to fit, on one scene.
 #pragma once
 
 #include <cstdint>
-#include <filesystem>
 #include <string>
-#include <vector>
 
-#include "common/core/progress.h"
 #include "common/tissue/parameters.h"
-#include "studies/verdict.h"
 
 namespace dermap {
 
@@ -37,34 +32,5 @@ struct TradeoffPoint {
   double chi2 = 0.0;
   int renders = 0;
 };
-
-// A chart: points of one kind, over their scenes (geometric means) or on the Monte Carlo scene.
-struct TradeoffFront {
-  struct Place {
-    std::string setting, family, options;
-    double seconds = 0.0, seconds_bar = 0.0, error = 0.0, error_bar = 0.0;
-    bool is_default = false, is_paper = false, extrapolated = false, on_front = false, dominated = false;
-  };
-  std::string name, error_name;
-  std::vector<Place> places;
-};
-
-struct TradeoffStudy {
-  bool quick = false;
-  std::uint64_t seed = 1;
-  int size = 0;
-  std::string machine;
-  std::vector<TradeoffPoint> points;
-  std::vector<TradeoffFront> fronts;
-  std::vector<Verdict> verdicts;
-  int resumed = 0;
-};
-
-// Points go to FOLDER/tradeoff.journal.jsonl as they are measured; a run that was broken off goes on.
-TradeoffStudy RunTradeoffStudy(const std::filesystem::path& folder, const TradeoffOptions& options,
-                               const ProgressFunction& progress);
-
-// tradeoff.csv, .json, .svg and .html; together or not at all.
-void WriteTradeoffStudy(const std::filesystem::path& folder, const TradeoffStudy& study);
 
 }  // namespace dermap
