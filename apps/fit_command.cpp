@@ -42,7 +42,8 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--tolerance", args.options.tolerance,
                  "How far a render may be off, relative (default 0: a tenth of the noise)")
       ->check(CLI::Range(0.0, 0.1));
-  app.add_option("--free", args.free, "auto (default: by evidence), or names: C_m,beta_m,C_he,C_bc,C_hd,junction_absorbance");
+  app.add_option("--free", args.free,
+                 "auto (default: by evidence), or names: C_m,beta_m,C_he,C_bc,C_hd,junction_absorbance");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the stack's own")
       ->check(CLI::Range(1e-4, 100.0));
   app.add_option("--size", args.options.size,
@@ -51,7 +52,8 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--time-budget-s", args.options.time_budget_s,
                  "Seconds that the size is chosen for (default 60)")
       ->check(CLI::Range(0.1, 1e6));
-  app.add_option("--max-iterations", args.options.max_iterations, "Of descent and ceres (default 400 [D08 6.3])")
+  app.add_option("--max-iterations", args.options.max_iterations,
+                 "Of descent and ceres (default 400 [D08 6.3])")
       ->check(CLI::Range(1, 1000000));
   app.add_option("--stop-chi2", args.options.stop_chi2, "descent stops at this chi2 (default 1.02; 0: never)")
       ->check(CLI::Range(0.0, 1e9));

@@ -142,9 +142,9 @@ TEST(AlignBands, FollowsSkinThatStretches) {
   EXPECT_LT(worst, 0.15);
 }
 
-// Estimated standard deviation of the shift against its scatter over noise. The estimate is cautious: it counts the
-// noise as smoothed as the photosites of a camera leave it, which the white noise of this test is not, and the
-// priors that hold a shift back as if they knew nothing.
+// Estimated standard deviation of the shift against its scatter over noise. The estimate is cautious: it
+// counts the noise as smoothed as the photosites of a camera leave it, which the white noise of this test is
+// not, and the priors that hold a shift back as if they knew nothing.
 TEST(AlignBands, KnowsItsUncertainty) {
   double sum = 0.0, expected = 0.0;
   constexpr int kTrials = 4;

@@ -142,8 +142,8 @@ TEST(HomogeneousSkin, SingleScatteringAgreesWithMonteCarlo) {
   }
 }
 
-// Thin parts [D08 5.3], which are the same from both sides; source: Monte Carlo and, without its noise, adding-doubling.
-// Asked: 2 %.
+// Thin parts [D08 5.3], which are the same from both sides; source: Monte Carlo and, without its noise,
+// adding-doubling. Asked: 2 %.
 TEST(HomogeneousSkin, ThinPartsAgreeWithBothJudges) {
   for (const double thickness_mm : {0.2, 1.0, 3.0}) {
     const SkinRow row{.mu_a_epidermis = 0.3,
