@@ -17,6 +17,7 @@
 #include "studies/optics_study.h"
 #include "studies/orders_study.h"
 #include "studies/sharpness_study.h"
+#include "studies/stability_study.h"
 #include "studies/verdict.h"
 
 namespace dermap {
@@ -27,6 +28,7 @@ struct Request {
   std::filesystem::path folder;
   bool quick = false;
   std::uint64_t seed = 1;
+  std::vector<std::string> only;  // parts of the study, where it has some
 };
 
 // The frame of a judged study: `run` does the work, writes its files into the folder and returns what the
@@ -37,14 +39,19 @@ struct Judged {
   std::filesystem::path page;
 };
 int RunJudged(int argc, char** argv, const std::string& name, const char* about, const char* files,
-              const std::function<Judged(const Request&, const ProgressFunction&)>& run) {
+              const std::function<Judged(const Request&, const ProgressFunction&)>& run,
+              const char* part = nullptr) {
   CommandLine command("study " + name, about);
   Request request;
   command.app()
       .add_option("-o,--output", request.folder, "The folder to write " + name + "." + files + " to")
       ->required();
   command.app().add_flag("--quick", request.quick, "Few points and photons: seconds instead of minutes");
-  command.app().add_option("--seed", request.seed, "Of the Monte Carlo (default 1)");
+  command.app().add_option("--seed", request.seed, "Of Monte Carlo and noise (default 1)");
+  if (part)
+    command.app()
+        .add_option(fmt::format("--{}", part), request.only, "Only these, separated by commas")
+        ->delimiter(',');
   return command.Run(argc, argv, [&] {
     ProgressBar bar("study " + name);
     const Judged judged = run(request, bar.Function());
@@ -107,6 +114,24 @@ int RunOrdersStudyCommand(int argc, char** argv) {
                    });
 }
 
+int RunStabilityStudyCommand(int argc, char** argv) {
+  return RunJudged(
+      argc, argv, "stability", "Where each method of fitting breaks, and whether it says so.",
+      "{csv,json,svg,html}",
+      [](const Request& request, const ProgressFunction& progress) {
+        const StabilityStudy study = RunStabilityStudy(
+            request.folder, {.quick = request.quick, .seed = request.seed, .sweeps = request.only}, progress);
+        WriteStabilityStudy(request.folder, study);
+        std::string text;
+        for (const StabilityEdge& e : study.edges)
+          text += e.found ? fmt::format("{}, {}: right at {:g}, wrong at {:g} ({})\n", e.axis, e.method,
+                                        e.inside, e.outside, e.response)
+                          : fmt::format("{}, {}: right up to {:g}\n", e.axis, e.method, e.inside);
+        return Judged{study.verdicts, text, request.folder / "stability.html"};
+      },
+      "sweep");
+}
+
 struct Study {
   std::string_view name, summary;
   int (*run)(int argc, char** argv);
@@ -116,6 +141,8 @@ constexpr std::array kStudies{
     Study{"sharpness", "how far the forward model is from Monte Carlo beside an edge",
           RunSharpnessStudyCommand},
     Study{"orders", "how many terms of the inter-scattering series each band needs", RunOrdersStudyCommand},
+    Study{"stability", "where each method of fitting breaks, and whether it says so",
+          RunStabilityStudyCommand},
     Study{"calibration", "how right the calibration is, on random rigs of the optical bench",
           RunCalibrationStudyCommand},
 };
