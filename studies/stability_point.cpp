@@ -67,10 +67,10 @@ void Conclude(const Tally& tally, StabilityPoint& point) {
     const Tally::PerParameter& from = tally.parameters[k];
     ParameterStability& p = point.parameters[k];
     p.free = from.free;
-    p.error = MedianOf(from.errors);
-    p.bound = MedianOf(from.bounds);
-    p.sigma = MedianOf(from.sigmas);
-    p.unflagged_error = MedianOf(from.unflagged_errors);
+    p.error = MedianOrNaN(from.errors);
+    p.bound = MedianOrNaN(from.bounds);
+    p.sigma = MedianOrNaN(from.sigmas);
+    p.unflagged_error = MedianOrNaN(from.unflagged_errors);
     p.covered = from.sigmas.empty() ? kNaN : from.covered / static_cast<double>(from.sigmas.size());
     if (p.free && (p.covered < kCovered || p.unflagged_error > kMedianError_sigma * p.sigma))
       point.silently_wrong = true;

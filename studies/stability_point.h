@@ -24,12 +24,12 @@ struct StabilityPoint {
   std::string sweep, method;
   double value = 0.0;
   int noises = 0;  // fits, each with its own noise
-  std::array<ParameterStability, kParameterCount> parameters;
+  std::array<ParameterStability, kParameterCount> parameters{};
   double flagged = 0.0;   // share of the pixels that the stack does not mask
   double chi2 = 0.0;      // per degree of freedom, mean
   bool converged = true;  // all of them
-  std::string refusal;    // the error in place of a fit; else empty
-  std::string said;       // decisions of the last fit that warn
+  std::string refusal{};  // the error in place of a fit; else empty
+  std::string said{};     // decisions of the last fit that warn
   double seconds = 0.0;   // of all fits
   // To be compared with the harmless point (Relate).
   double excess = 0.0;  // error over what noise allows, root mean square over the parameters

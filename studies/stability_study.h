@@ -25,8 +25,8 @@ struct StabilityEdge {
   std::string sweep, method, axis, judge;
   bool found = false;  // else right over the whole sweep
   double inside = 0.0,
-         outside = 0.0;  // last value that is right, first that is not, away from the harmless one
-  std::string response;  // what the program does beyond: Response()
+         outside = 0.0;    // last value that is right, first that is not, away from the harmless one
+  std::string response{};  // what the program does beyond: Response()
 };
 
 struct StabilityStudy {
