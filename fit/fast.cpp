@@ -21,6 +21,7 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
+constexpr double kNoOffset = 1e-3;         // scaled units: least that what is fixed may be off
 constexpr double kMuchScatter = 4.0;       // of residuals over noise, variances
 constexpr int kMostSuspicions = 3;         // corrections of a band's gain, each a smaller one
 
@@ -152,10 +153,14 @@ class CoarseToFine {
     if (!choose) return;
     outcome_.candidates =
         ChooseCandidates(problem, outcome_.state, detail, outcome_.fixed, data.band_count());
-    if (LacksBands(outcome_.candidates, data.band_count())) all_detail_ = outcome_.detail;
     const Candidate& chosen = outcome_.candidates.front();
     outcome_.free = chosen.free;
     outcome_.fixed = FixedBy(chosen, outcome_.fixed);
+    if (chosen.free.size() < AllUnknowns().size()) {
+      all_detail_ = outcome_.detail;
+      if (!LacksBands(outcome_.candidates, data.band_count()))
+        TakeFixedAsFound(problem, all_detail_->prior.back());
+    }
     const ParameterSpace space(outcome_.free);
     Keep(problem.space(), space, outcome_.detail);
     outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
@@ -243,6 +248,22 @@ class CoarseToFine {
     }
   }
 
+  // What is not free differs from its fixed value about as much as the fit with all free found: the evidence
+  // says that this is little, not that it is nothing.
+  void TakeFixedAsFound(const PatchProblem& problem, FreeVector& mean_variance) const {
+    const ParameterSpace& space = problem.space();
+    for (int j = 0; j < space.count(); ++j) {
+      if (std::count(outcome_.free.begin(), outcome_.free.end(), space.parameter(j)) > 0) continue;
+      double sum = 0.0;
+      const PlaneF& plane = outcome_.state.maps.Unknown(space.parameter(j));
+      for (const float value : plane.values()) sum += value;
+      const double offset =
+          (sum / static_cast<double>(plane.size()) - outcome_.fixed[static_cast<int>(space.parameter(j))]) /
+          space.scale(j);
+      mean_variance[j] = std::max(offset * offset, kNoOffset * kNoOffset);
+    }
+  }
+
   // What noise alone would leave, where residuals scatter much farther than it.
   std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, int first) {
     const std::vector<double>& scatter = outcome_.detail.scatter;
@@ -254,8 +275,7 @@ class CoarseToFine {
         .variance;
   }
 
-  // Variances of what is free where nothing is held fixed: with too few bands the value of what is fixed is
-  // an assumption.
+  // Variances of what is free where nothing is held fixed: the value of what is fixed is an assumption.
   std::vector<PlaneF> VarianceOfAll(const FitData& data, const ForwardModel& model, int first) {
     const PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
     FitState state = outcome_.state;
@@ -267,6 +287,10 @@ class CoarseToFine {
     for (int octave = seen_from_ - 1; octave >= first; --octave)
       for (int j = 0; j < kUnknownCount; ++j)
         detail.prior[octave - first][j] = GuessedVariance(detail.prior, octave - first, j);
+    for (std::size_t octave = 0; octave < detail.prior.size(); ++octave)
+      for (std::size_t k = 0; k < outcome_.free.size(); ++k)
+        detail.prior[octave][static_cast<std::size_t>(outcome_.free[k])] =
+            outcome_.detail.prior[octave + first][k];
     OctaveStep all = SolveInOctaves(problem, LineariseInOctaves(problem, state), detail, outcome_.fixed);
     std::vector<PlaneF> variance;
     for (const Parameter p : outcome_.free)

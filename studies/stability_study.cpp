@@ -90,7 +90,7 @@ std::string Response(const StabilityPoint& point) {
 
 StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const StabilityStudyOptions& options,
                                  const ProgressFunction& progress) {
-  StabilityBench bench(options.quick ? 32 : 64, options.quick ? 400000 : 6000000);
+  StabilityBench bench(options.quick ? 32 : 64, options.quick ? 60000 : 300000);
   const std::vector<Sweep> sweeps = Asked(StabilitySweeps(bench, options.quick), options.sweeps);
   const int noises = options.quick ? 1 : 3;
   std::vector<PlannedPoint> plan;

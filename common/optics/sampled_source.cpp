@@ -13,7 +13,10 @@ namespace dermap {
 namespace {
 
 constexpr int kStencil = 6;
-constexpr double kLeast = 1e-280;  // stands for a share that has vanished
+constexpr double kLeast = 1e-280;  // stands for a ballistic share that has vanished
+// Of diffuse light so little is noise of the solver, or has underflowed (a thick, dark layer): neither its
+// logarithm nor its shape says anything, and nobody sees it.
+constexpr double kLeastDiffuse = 1e-16;
 
 double LogOfShare(double share) {
   return std::log(std::max(share, kLeast));
@@ -48,10 +51,11 @@ SampledSource::Stencil SampledSource::StencilAmong(const std::vector<double>& no
 }
 
 void SampledSource::Sampled::Append(std::span<const double> transform) {
-  const double total = std::max(transform[0], kLeast);
+  const bool vanished = !(transform[0] > kLeastDiffuse);
+  const double total = vanished ? kLeastDiffuse : transform[0];
   log_total.push_back(std::log(total));
   auto& ratios = shape.emplace_back();
-  for (const double value : transform) ratios.push_back(value / total);
+  for (const double value : transform) ratios.push_back(vanished ? 1.0 : value / total);
   ratios[0] = 1.0;
 }
 

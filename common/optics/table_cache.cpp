@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::string_view kMagic = "dermap-tables\n";
 // To be raised whenever the optics, the frequencies or the fit of Gaussians change what a recipe leads to.
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 constexpr std::size_t kDigestSize = 32;
 constexpr std::array kTables{&BandTables::r1_forward,   &BandTables::t1_forward,
                              &BandTables::t1_ballistic, &BandTables::r1_backward,

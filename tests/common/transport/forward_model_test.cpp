@@ -30,9 +30,7 @@ TEST(ForwardModel, IsTheClosedFormForUniformSkinUnderWideLight) {
       for (const ParameterVector& skin : skins) {
         const std::vector<PlaneF> render = model.Render(ParameterMaps(48, 48, skin));
         for (int band = 0; band < 3; ++band) {
-          const BandOptics::Node& node = model.optics()[band].nodes[0];
-          const double expected = node.tables.TotalReflectance(node.absorbers.MuAEpidermis(skin),
-                                                               node.absorbers.MuADermis(skin), 0.0175);
+          const double expected = model.LocalReflectance(band, skin, 0.0175);
           for (const auto& [x, y] : {std::pair(0, 0), std::pair(24, 24), std::pair(47, 10)}) {
             EXPECT_NEAR(render[band](x, y), expected, 1e-3 * expected) << source << ' ' << EngineName(engine);
           }
