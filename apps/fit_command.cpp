@@ -20,6 +20,8 @@ struct FitArguments {
   std::filesystem::path output;
   std::filesystem::path config;
   std::filesystem::path truth;
+  std::filesystem::path prior;
+  std::filesystem::path save_prior;
   std::string method = "fast", metric = "curvature", start = "average", free = "auto";
   std::string engine{EngineName(ForwardOptions{}.engine)};
   double pixel_size_mm = 0.0;
@@ -58,6 +60,11 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--stop-chi2", args.options.stop_chi2, "descent stops at this chi2 (default 1.02; 0: never)")
       ->check(CLI::Range(0.0, 1e9));
   app.add_option("--config", args.config, "TOML with a [tissue] table");
+  CLI::Option* prior =
+      app.add_option("--prior", args.prior, "What earlier fits found, for images of few bands such as RGB");
+  app.add_option("--save-prior", args.save_prior,
+                 "Write what this fit teaches for --prior, or add it to the file that is there")
+      ->excludes(prior);
   app.add_option("--truth", args.truth, "maps.exr of a simulated scene, shown beside the maps in the report");
 }
 
@@ -68,8 +75,26 @@ void Resolve(FitArguments& args) {
   args.options.forward.engine = EngineFromName(args.engine);
   args.options.free_parameters = FreeParametersFromText(args.free);
   if (args.pixel_size_mm > 0.0) args.options.pixel_size_mm = args.pixel_size_mm;
+  if (!args.prior.empty()) args.options.prior = ReadLearntPrior(args.prior);
   if (!args.config.empty()) args.options.tissue = ReadTissueConfig(args.config);
 }
+
+// The prior on disk with this fit added. Read before a fit, so that a damaged file costs no time.
+class PriorToSave {
+ public:
+  explicit PriorToSave(std::filesystem::path path) : path_(std::move(path)) {
+    if (!path_.empty() && std::filesystem::exists(path_)) before_ = ReadLearntPrior(path_);
+  }
+  void Save(const FitResult& fit, const std::string& name) const {
+    if (path_.empty()) return;
+    const LearntPrior own = LearnFrom(fit, name);
+    WriteLearntPrior(path_, before_ ? Combined(*before_, own) : own);
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::optional<LearntPrior> before_;
+};
 
 Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) {
   Outcome outcome;
@@ -107,6 +132,7 @@ int RunFitCommand(int argc, char** argv) {
     std::optional<MapsFile> truth;
     if (!args.truth.empty()) truth = ReadMaps(args.truth);
     const std::filesystem::path spectra = ConfigDirectory() / "spectra";
+    const PriorToSave prior(args.save_prior);
     ProgressBar bar("fit");
     const FitResult fit = FitStack(stack, args.options, Chromophores(spectra), bar.Function());
     FileBatch folder;  // all of it, or nothing
@@ -117,6 +143,7 @@ int RunFitCommand(int argc, char** argv) {
                                               .spectra_dir = spectra,
                                               .truth = truth ? &*truth : nullptr,
                                               .calibration = CalibrationSidecar(args.stack)});
+    prior.Save(fit, args.stack.filename().string());
     folder.Commit();
     return Summarize(fit, args.output);
   });

@@ -102,7 +102,8 @@ class CoarseToFine {
   FastOutcome Run(const std::vector<Parameter>& free) {
     const std::vector<int> sizes = Sizes(std::max(data_.width(), data_.height()));
     outcome_.free = free;
-    outcome_.fixed = PointOf(options_.fixed_values, model_.tissue().junction_absorbance);
+    outcome_.fixed = PointOf(options_.prior ? options_.prior->mean : options_.fixed_values,
+                             model_.tissue().junction_absorbance);
     for (std::size_t s = 0; s < sizes.size(); ++s) {
       const bool finest = s + 1 == sizes.size();
       const int first = static_cast<int>(sizes.size() - 1 - s);  // octave of this size's pixels
@@ -130,10 +131,11 @@ class CoarseToFine {
     seen_from_ = first;
     if (choose) outcome_.free = AllUnknowns();
     PatchProblem problem(data, model, ParameterSpace(outcome_.free));
-    outcome_.state.maps = InvertLocally(problem, options_.fixed_values);
+    outcome_.state.maps = InvertLocally(problem, TableOne(outcome_.fixed));
     const int octaves = static_cast<int>(OctaveShapes(data_.width(), data_.height()).size());
     outcome_.detail =
-        FirstDetailModel(octaves, MeasureBlur(model_, SkinsOf(problem, outcome_.state.maps), octaves - 1));
+        FirstDetailModel(octaves, MeasureBlur(model_, SkinsOf(problem, outcome_.state.maps), octaves - 1),
+                         LinkOf(problem.space()));
     outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
     const DetailView detail = ViewFrom(outcome_.detail, first);
     SizeFit fit(problem, detail, outcome_.fixed);
@@ -161,6 +163,10 @@ class CoarseToFine {
     log_.renders_before += problem.renders();
   }
 
+  std::optional<LinkedPrior> LinkOf(const ParameterSpace& space) const {
+    return options_.prior ? std::optional(LinkTo(*options_.prior, space)) : std::nullopt;
+  }
+
   // Where all bands together make no sense: is there one without which they do? A fit without each tells; one
   // gross error can lead the fit with all bands too far astray for the check of the mean.
   void LeaveOneOut(FitData& data, const ForwardModel& model, int first) {
@@ -174,8 +180,9 @@ class CoarseToFine {
       for (float& value : without.measured[b].values()) value = std::numeric_limits<float>::quiet_NaN();
       PatchProblem problem(without, model, all.space());
       FastOutcome trial;
-      trial.detail = FirstDetailModel(static_cast<int>(outcome_.detail.prior.size()), outcome_.detail.blur);
-      trial.state = problem.StateOf(InvertLocally(problem, options_.fixed_values));
+      trial.detail = FirstDetailModel(static_cast<int>(outcome_.detail.prior.size()), outcome_.detail.blur,
+                                      outcome_.detail.link);
+      trial.state = problem.StateOf(InvertLocally(problem, TableOne(outcome_.fixed)));
       OctaveStep last;
       SizeFit(problem, ViewFrom(trial.detail, first), outcome_.fixed)
           .Refine(trial.state, kCoarseRest, log_, last);
@@ -220,8 +227,7 @@ class CoarseToFine {
     ParameterMaps& start = outcome_.state.maps;
     if (start.width() != data.width() || start.height() != data.height()) {
       start = Enlarged(problem, start);
-      for (int j = 0; j < problem.space().count(); ++j)
-        detail.prior[0][j] = GuessedVariance(detail.prior, 0, j);
+      for (int j = 0; j < problem.space().count(); ++j) detail.prior[0][j] = GuessedVariance(detail, 0, j);
     }
     outcome_.state = problem.StateOf(std::move(start));
     log_.Add(outcome_.state.misfit, problem.space().count(), problem.renders());
@@ -253,7 +259,7 @@ class CoarseToFine {
     const DetailView detail = ViewFrom(*all_detail_, first);
     for (int octave = seen_from_ - 1; octave >= first; --octave)
       for (int j = 0; j < kUnknownCount; ++j)
-        detail.prior[octave - first][j] = GuessedVariance(detail.prior, octave - first, j);
+        detail.prior[octave - first][j] = GuessedVariance(detail, octave - first, j);
     OctaveStep all = SolveInOctaves(problem, LineariseInOctaves(problem, state), detail, outcome_.fixed);
     std::vector<PlaneF> variance;
     for (const Parameter p : outcome_.free)

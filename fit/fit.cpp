@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "common/core/error.h"
 #include "common/core/parallel.h"
 #include "common/optics/profile_source.h"
 #include "fit/ceres_reference.h"
@@ -108,9 +109,28 @@ void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
         "off.");
 }
 
+// Under a prior all that it was learnt for stay free: it carries what the bands do not tell.
+std::vector<Parameter> AskedFor(const FitOptions& options) {
+  if (!options.prior || !options.free_parameters.empty()) return options.free_parameters;
+  return {Parameter::kC_m, Parameter::kBeta_m, Parameter::kC_he, Parameter::kC_bc, Parameter::kC_hd};
+}
+
+// As many as there are bands, unless a prior carries more.
+std::vector<Parameter> FreeFor(const FitOptions& options, int band_count,
+                               std::vector<std::string>& decisions) {
+  if (!options.prior) return ChooseFreeParameters(options.free_parameters, band_count, decisions);
+  if (options.method != FitMethod::kFast)
+    throw InputError("Method " + std::string(NameOf(options.method)) +
+                     " knows no prior of earlier fits; use --method fast or leave out --prior.");
+  decisions.push_back(Format(
+      "The prior of %d earlier fit%s carries what the bands do not tell; sigma holds how far it may be off.",
+      options.prior->fits(), options.prior->fits() == 1 ? "" : "s"));
+  return AskedFor(options);
+}
+
 Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                 const FitOptions& options, RunLog& log) {
-  FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
+  FastOutcome fast = FitCoarseToFine(data, model, AskedFor(options), make_model, options, log);
   if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
   log.Decide(Format("Degrees of freedom: the data decide %.2f parameters a pixel; the rest is prior.",
                     fast.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
@@ -247,11 +267,11 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   RunLog log(progress);
   Validate(options.tissue);
   // The evidence chooses later, or the number of bands now.
-  const bool by_evidence = options.method != FitMethod::kDescent && options.free_parameters.empty();
+  const bool by_evidence = options.method != FitMethod::kDescent && AskedFor(options).empty();
   std::vector<std::string> said;
-  const std::vector<Parameter> free = ChooseFreeParameters(
-      options.free_parameters, static_cast<int>(stack.bands.size()), by_evidence ? said : log.decisions);
-  const int fewest = std::min(static_cast<int>(free.size()), kParameterCount);  // data of a pixel
+  const int bands = static_cast<int>(stack.bands.size());
+  const std::vector<Parameter> free = FreeFor(options, bands, by_evidence ? said : log.decisions);
+  const int fewest = std::min({static_cast<int>(free.size()), kParameterCount, bands});  // data of a pixel
   FitData data = PrepareStack(stack, options, fewest, log.decisions);
   const auto source = MakeProfileSource(options.profiles);
   if (options.profiles != "exact")  // measured against Monte Carlo: common/optics/README.md

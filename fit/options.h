@@ -11,6 +11,7 @@
 #include "common/tissue/parameters.h"
 #include "common/tissue/tissue.h"
 #include "common/transport/forward_model.h"
+#include "fit/learnt_prior.h"
 
 namespace dermap {
 
@@ -36,6 +37,7 @@ struct FitOptions {
   double tolerance = 0.0;  // of a render, relative (ForwardOptions::tolerance); 0: a tenth of the noise
   std::vector<Parameter> free_parameters;  // empty ("auto"): fast weighs the evidence, descent counts bands
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
+  std::optional<LearntPrior> prior;              // what earlier fits found; fast only
   StartPoint start = StartPoint::kAverage;       // descent only: fast always starts from the local inversion
   int size = 0;  // pixels along the longer side; 0: the largest that the time budget allows
   double time_budget_s = 60.0;
