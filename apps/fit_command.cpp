@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dermap fit STACK.exr -o DIR: the chromophore maps of a reflectance stack, with a report.
+#include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -20,6 +21,7 @@ struct FitArguments {
   std::filesystem::path output;
   std::filesystem::path config;
   std::filesystem::path truth;
+  bool resume = false;
   std::filesystem::path prior;
   std::filesystem::path save_prior;
   std::string method = "fast", metric = "curvature", start = "average", free = "auto";
@@ -27,6 +29,16 @@ struct FitArguments {
   double pixel_size_mm = 0.0;
   FitOptions options;
 };
+
+volatile std::sig_atomic_t g_stop = 0;
+
+// The first signal has the fit end where it stands and write what is there; a second one ends at once.
+void StopOnSignals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { g_stop = 1; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
 
 void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("STACK", args.stack,
@@ -65,6 +77,7 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--save-prior", args.save_prior,
                  "Write what this fit teaches for --prior, or add it to the file that is there")
       ->excludes(prior);
+  app.add_flag("--resume", args.resume, "Go on with the interrupted fit in the output folder");
   app.add_option("--truth", args.truth, "maps.exr of a simulated scene, shown beside the maps in the report");
 }
 
@@ -76,6 +89,7 @@ void Resolve(FitArguments& args) {
   args.options.free_parameters = FreeParametersFromText(args.free);
   if (args.pixel_size_mm > 0.0) args.options.pixel_size_mm = args.pixel_size_mm;
   if (!args.prior.empty()) args.options.prior = ReadLearntPrior(args.prior);
+  if (args.resume) args.options.resume = ReadUnfinishedFit(args.output);
   if (!args.config.empty()) args.options.tissue = ReadTissueConfig(args.config);
 }
 
@@ -86,7 +100,7 @@ class PriorToSave {
     if (!path_.empty() && std::filesystem::exists(path_)) before_ = ReadLearntPrior(path_);
   }
   void Save(const FitResult& fit, const std::string& name) const {
-    if (path_.empty()) return;
+    if (path_.empty() || !fit.finished) return;
     const LearntPrior own = LearnFrom(fit, name);
     WriteLearntPrior(path_, before_ ? Combined(*before_, own) : own);
   }
@@ -106,7 +120,9 @@ Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) 
                 "%.1f s%s\n",
                 fit.method.c_str(), fit.profiles.c_str(), fit.maps.width(), fit.maps.height(),
                 fit.bands.size(), fit.rms_residual, fit.chi2, fit.renders, fit.seconds,
-                fit.converged ? "" : ", NOT CONVERGED");
+                !fit.finished    ? ", INTERRUPTED"
+                : !fit.converged ? ", NOT CONVERGED"
+                                 : "");
   outcome.text = line;
   for (const std::string& decision : fit.decisions) outcome.text += "  " + decision + "\n";
   outcome.text += (directory / "report.html").string() + "\n";
@@ -127,7 +143,9 @@ int RunFitCommand(int argc, char** argv) {
   FitArguments args;
   AddOptions(command.app(), args);
   return command.Run(argc, argv, [&] {
+    StopOnSignals();
     Resolve(args);
+    args.options.stop = [] { return g_stop != 0; };
     const ReflectanceStack stack = ReadReflectanceStack(args.stack);
     std::optional<MapsFile> truth;
     if (!args.truth.empty()) truth = ReadMaps(args.truth);

@@ -175,7 +175,7 @@ class CoarseToFine {
     std::optional<FastOutcome> best;
     double least = kMostlyExplained * outcome_.state.misfit.Chi2PerDatum();
     SuspectBand suspect;
-    for (int b = 0; b < data.band_count(); ++b) {
+    for (int b = 0; b < data.band_count() && !log_.Stopped(); ++b) {
       FitData without = data;
       for (float& value : without.measured[b].values()) value = std::numeric_limits<float>::quiet_NaN();
       PatchProblem problem(without, model, all.space());
@@ -230,6 +230,7 @@ class CoarseToFine {
       for (int j = 0; j < problem.space().count(); ++j) detail.prior[0][j] = GuessedVariance(detail, 0, j);
     }
     outcome_.state = problem.StateOf(std::move(start));
+    if (finest && options_.resume) TakeUp(problem);
     log_.Add(outcome_.state.misfit, problem.space().count(), problem.renders());
     OctaveStep last;
     outcome_.converged = SizeFit(problem, detail, outcome_.fixed)
@@ -245,6 +246,16 @@ class CoarseToFine {
         spread[j] = std::sqrt(detail.prior[l][j] * std::clamp(undecided, 1e-6, 1.0));
       }
     }
+  }
+
+  // The maps of an interrupted fit, where they explain more than those of the coarser size.
+  void TakeUp(PatchProblem& problem) {
+    const ParameterMaps& before = options_.resume->maps;
+    if (before.width() != problem.data().width() || before.height() != problem.data().height()) return;
+    ParameterMaps maps = WithFixed(problem.space(), before, outcome_.fixed);
+    if (problem.space().HasJunction() && maps.junction_absorbance.size() != 1) return;
+    FitState state = problem.StateOf(std::move(maps));
+    if (state.misfit.chi2 < outcome_.state.misfit.chi2) outcome_.state = std::move(state);
   }
 
   // Variances of what is free where nothing is held fixed: with too few bands the value of what is fixed is

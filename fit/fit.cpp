@@ -57,9 +57,27 @@ double SecondsPerPixel(const FitData& data, const ModelMaker& make_model, const 
   return seconds / static_cast<double>(small.fitted.size());
 }
 
+void Resume(const UnfinishedFit& before, const SettingList& settings, RunLog& log) {
+  CheckSameSettings(before, settings);
+  log.Decide(Format("Goes on from the maps in %s, which took %.1f s and %d renders.",
+                    before.directory.c_str(), before.seconds, before.renders));
+}
+
+// That of the maps, which must fit what is asked for and the stack.
+int SizeOf(const UnfinishedFit& before, const FitOptions& options, int longer) {
+  const int size = std::max(before.maps.width(), before.maps.height());
+  const int asked = options.size > 0 ? std::min(options.size, longer) : size;
+  if (size != asked || size > longer)
+    throw InputError("The fit in " + before.directory.string() + " has maps of " + std::to_string(size) +
+                     " pixels along the longer side, but " + std::to_string(std::min(asked, longer)) +
+                     " are asked for; remedy: leave out --size, or --resume");
+  return size;
+}
+
 int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker& make_model, int free_count,
                RunLog& log) {
   const int longer = std::max(data.width(), data.height()), shorter = std::min(data.width(), data.height());
+  if (options.resume) return SizeOf(*options.resume, options, longer);
   if (options.size > 0) {
     const int size = std::min(options.size, longer);
     log.Decide(Format("The fit ran at %d pixels along the longer side, as asked for (the stack has %d).",
@@ -81,8 +99,9 @@ Outcome RunDescent(const FitData& data, const ForwardModel& model, const std::ve
              (local ? "the closed-form inversion of each pixel." : "average skin in every pixel.") +
              " Steps: " + std::string(NameOf(options.metric)) + ".");
   ParameterMaps start =
-      local ? InvertAverages(problem, options.fixed_values, kLocalStartSize)
-            : problem.UniformMaps(PointOf(options.fixed_values, model.tissue().junction_absorbance));
+      options.resume ? options.resume->maps
+      : local        ? InvertAverages(problem, options.fixed_values, kLocalStartSize)
+                     : problem.UniformMaps(PointOf(options.fixed_values, model.tissue().junction_absorbance));
   DescentOutcome descent = Descend(problem, std::move(start), options, log);
   log.renders_before += problem.renders();
   log.Decide(Format(
@@ -160,7 +179,12 @@ Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker&
   const Posterior posterior(problem, detail, fast.fixed);
   const double objective = posterior.Value(posterior.PositionOf(fast.state.maps));
   const bool dense = data.fitted.size() <= kDensePixels;
-  const ParameterMaps start = dense ? InvertLocally(problem, TableOne(fast.fixed)) : fast.state.maps;
+  if (log.Stopped())
+    return {std::move(fast.free),    std::move(fast.state),    false,
+            fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
+  const ParameterMaps start = options.resume ? fast.state.maps
+                              : dense        ? InvertLocally(problem, TableOne(fast.fixed))
+                                             : fast.state.maps;
   ReferenceOutcome reference =
       dense ? MinimiseDense(posterior, detail, start, options.max_iterations, log)
             : MinimiseByGradient(posterior, start, fast.spread, options.max_iterations, log);
@@ -256,6 +280,10 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.engine = EngineName(options.forward.engine);
   result.decisions = std::move(log.decisions);
   result.seconds = log.Seconds();
+  result.finished = result.converged || !log.Stopped();
+  if (!result.finished)
+    result.decisions.emplace_back(
+        "The fit was interrupted: maps and error bars are as far as it had come (--resume goes on).");
   return result;
 }
 
@@ -264,7 +292,7 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
 FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, const Chromophores& chromophores,
                    const ProgressFunction& progress) {
   const ThreadLimit limit(options.threads);
-  RunLog log(progress);
+  RunLog log(progress, options.stop);
   Validate(options.tissue);
   // The evidence chooses later, or the number of bands now.
   const bool by_evidence = options.method != FitMethod::kDescent && AskedFor(options).empty();
@@ -273,6 +301,8 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   const std::vector<Parameter> free = FreeFor(options, bands, by_evidence ? said : log.decisions);
   const int fewest = std::min({static_cast<int>(free.size()), kParameterCount, bands});  // data of a pixel
   FitData data = PrepareStack(stack, options, fewest, log.decisions);
+  const SettingList settings = SettingsOf(stack, options);
+  if (options.resume) Resume(*options.resume, settings, log);
   const auto source = MakeProfileSource(options.profiles);
   if (options.profiles != "exact")  // measured against Monte Carlo: common/optics/README.md
     log.Decide(
@@ -303,7 +333,9 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
       break;
   }
   const PatchProblem problem(data, model, ParameterSpace(outcome.free));
-  return Collect(problem, data, std::move(outcome), options, log);
+  FitResult result = Collect(problem, data, std::move(outcome), options, log);
+  result.settings = settings;
+  return result;
 }
 
 }  // namespace dermap

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -12,6 +13,7 @@
 #include "common/tissue/tissue.h"
 #include "common/transport/forward_model.h"
 #include "fit/learnt_prior.h"
+#include "fit/resume.h"
 
 namespace dermap {
 
@@ -28,6 +30,9 @@ enum class DescentMetric {
   kPlain,      // along the negative gradient, as in [D08 6.3]
   kCurvature,  // the gradient preconditioned by the pixel's own normal matrix, from the same differences
 };
+
+// Asked between steps, from the fit's own thread: true ends the fit where it stands.
+using StopFunction = std::function<bool()>;
 
 struct FitOptions {
   FitMethod method = FitMethod::kFast;
@@ -51,6 +56,8 @@ struct FitOptions {
   int threads = 0;                      // 0: all cores
   std::optional<double> pixel_size_mm;  // overrides the stack's
   TissueConfig tissue;
+  StopFunction stop;                    // may be empty
+  std::optional<UnfinishedFit> resume;  // goes on from it
 };
 
 // Each throws InputError that lists the known names.
