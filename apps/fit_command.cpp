@@ -47,8 +47,10 @@ void AddOptions(CLI::App& app, FitArguments& args) {
       ->required();
   app.add_option("-o,--output", args.output, "The fit folder to write")->required();
   app.add_option("--method", args.method, "fast (default) | descent | ceres (the reference)");
-  app.add_option("--start", args.start,
-                 "descent starts from: average (default, [D08 6.3]) | local inversion");
+  app.add_option(
+      "--start", args.start,
+      "descent starts from: average (default, [D08 6.3]) | local inversion | random, as ceres may");
+  app.add_option("--seed", args.options.seed, "Of --start random (default 1)");
   app.add_option("--metric", args.metric, "descent steps along: curvature (default) | plain gradient");
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");

@@ -9,23 +9,22 @@
 #include <optional>
 #include <utility>
 
-#include "common/core/error.h"
 #include "common/core/parallel.h"
 #include "common/optics/profile_source.h"
 #include "fit/ceres_reference.h"
 #include "fit/descent.h"
 #include "fit/fast.h"
-#include "fit/local_start.h"
+#include "fit/free_under_prior.h"
 #include "fit/prepare.h"
 #include "fit/resample.h"
 #include "fit/run_log.h"
 #include "fit/size.h"
+#include "fit/start_maps.h"
 #include "fit/uncertainty.h"
 
 namespace dermap {
 namespace {
 
-constexpr int kLocalStartSize = 16;   // pixels along the longer side
 constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
 
 // What a method leaves behind.
@@ -57,27 +56,10 @@ double SecondsPerPixel(const FitData& data, const ModelMaker& make_model, const 
   return seconds / static_cast<double>(small.fitted.size());
 }
 
-void Resume(const UnfinishedFit& before, const SettingList& settings, RunLog& log) {
-  CheckSameSettings(before, settings);
-  log.Decide(Format("Goes on from the maps in %s, which took %.1f s and %d renders.",
-                    before.directory.c_str(), before.seconds, before.renders));
-}
-
-// That of the maps, which must fit what is asked for and the stack.
-int SizeOf(const UnfinishedFit& before, const FitOptions& options, int longer) {
-  const int size = std::max(before.maps.width(), before.maps.height());
-  const int asked = options.size > 0 ? std::min(options.size, longer) : size;
-  if (size != asked || size > longer)
-    throw InputError("The fit in " + before.directory.string() + " has maps of " + std::to_string(size) +
-                     " pixels along the longer side, but " + std::to_string(std::min(asked, longer)) +
-                     " are asked for; remedy: leave out --size, or --resume");
-  return size;
-}
-
 int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker& make_model, int free_count,
                RunLog& log) {
   const int longer = std::max(data.width(), data.height()), shorter = std::min(data.width(), data.height());
-  if (options.resume) return SizeOf(*options.resume, options, longer);
+  if (options.resume) return SizeToResume(*options.resume, options, longer);
   if (options.size > 0) {
     const int size = std::min(options.size, longer);
     log.Decide(Format("The fit ran at %d pixels along the longer side, as asked for (the stack has %d).",
@@ -94,14 +76,8 @@ int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker&
 Outcome RunDescent(const FitData& data, const ForwardModel& model, const std::vector<Parameter>& free,
                    const FitOptions& options, RunLog& log) {
   PatchProblem problem(data, model, ParameterSpace(free));
-  const bool local = options.start == StartPoint::kLocal;
-  log.Decide(std::string("Descent started from ") +
-             (local ? "the closed-form inversion of each pixel." : "average skin in every pixel.") +
-             " Steps: " + std::string(NameOf(options.metric)) + ".");
   ParameterMaps start =
-      options.resume ? options.resume->maps
-      : local        ? InvertAverages(problem, options.fixed_values, kLocalStartSize)
-                     : problem.UniformMaps(PointOf(options.fixed_values, model.tissue().junction_absorbance));
+      StartMaps(problem, PointOf(options.fixed_values, model.tissue().junction_absorbance), options, log);
   DescentOutcome descent = Descend(problem, std::move(start), options, log);
   log.renders_before += problem.renders();
   log.Decide(Format(
@@ -128,27 +104,10 @@ void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
         "off.");
 }
 
-// Under a prior all that it was learnt for stay free: it carries what the bands do not tell.
-std::vector<Parameter> AskedFor(const FitOptions& options) {
-  if (!options.prior || !options.free_parameters.empty()) return options.free_parameters;
-  return {Parameter::kC_m, Parameter::kBeta_m, Parameter::kC_he, Parameter::kC_bc, Parameter::kC_hd};
-}
-
-// As many as there are bands, unless a prior carries more.
-std::vector<Parameter> FreeFor(const FitOptions& options, int band_count,
-                               std::vector<std::string>& decisions) {
-  if (!options.prior) return ChooseFreeParameters(options.free_parameters, band_count, decisions);
-  if (options.method != FitMethod::kFast)
-    throw InputError("Method " + std::string(NameOf(options.method)) +
-                     " knows no prior of earlier fits; use --method fast or leave out --prior.");
-  decisions.push_back(Format(
-      "The prior of %d earlier fit%s carries what the bands do not tell; sigma holds how far it may be off.",
-      options.prior->fits(), options.prior->fits() == 1 ? "" : "s"));
-  return AskedFor(options);
-}
-
 Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                 const FitOptions& options, RunLog& log) {
+  if (options.start == StartPoint::kRandom)
+    log.Decide("The fast fit always starts from the closed-form inversion: --start random was not followed.");
   FastOutcome fast = FitCoarseToFine(data, model, AskedFor(options), make_model, options, log);
   if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
   log.Decide(Format("Degrees of freedom: the data decide %.2f parameters a pixel; the rest is prior.",
@@ -182,9 +141,10 @@ Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker&
   if (log.Stopped())
     return {std::move(fast.free),    std::move(fast.state),    false,
             fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
-  const ParameterMaps start = options.resume ? fast.state.maps
-                              : dense        ? InvertLocally(problem, TableOne(fast.fixed))
-                                             : fast.state.maps;
+  FitOptions local = options;
+  if (options.start != StartPoint::kRandom) local.start = StartPoint::kLocal;
+  const bool from_fast = options.resume || (!dense && options.start != StartPoint::kRandom);
+  const ParameterMaps start = from_fast ? fast.state.maps : StartMaps(problem, fast.fixed, local, log);
   ReferenceOutcome reference =
       dense ? MinimiseDense(posterior, detail, start, options.max_iterations, log)
             : MinimiseByGradient(posterior, start, fast.spread, options.max_iterations, log);
@@ -302,7 +262,11 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
   const int fewest = std::min({static_cast<int>(free.size()), kParameterCount, bands});  // data of a pixel
   FitData data = PrepareStack(stack, options, fewest, log.decisions);
   const SettingList settings = SettingsOf(stack, options);
-  if (options.resume) Resume(*options.resume, settings, log);
+  if (options.resume) {
+    CheckSameSettings(*options.resume, settings);
+    log.Decide(Format("Goes on from the maps in %s, which took %.1f s and %d renders.",
+                      options.resume->directory.c_str(), options.resume->seconds, options.resume->renders));
+  }
   const auto source = MakeProfileSource(options.profiles);
   if (options.profiles != "exact")  // measured against Monte Carlo: common/optics/README.md
     log.Decide(

@@ -23,7 +23,9 @@ enum class FitMethod {
   kCeres,    // the reference: the minimum of the fast fit's objective, by Ceres
 };
 
-enum class StartPoint { kAverage, kLocal };  // average skin as in [D08 6.3] | closed-form inversion a pixel
+// Average skin as in [D08 6.3] | closed-form inversion a pixel | a random point of table 1, the same in all
+// pixels.
+enum class StartPoint { kAverage, kLocal, kRandom };
 
 // How descent turns forward differences into a step.
 enum class DescentMetric {
@@ -58,12 +60,13 @@ struct FitOptions {
   TissueConfig tissue;
   StopFunction stop;                    // may be empty
   std::optional<UnfinishedFit> resume;  // goes on from it
+  std::uint64_t seed = 1;               // of kRandom
 };
 
 // Each throws InputError that lists the known names.
 FitMethod FitMethodFromName(std::string_view name);          // fast, descent, ceres
 DescentMetric DescentMetricFromName(std::string_view name);  // curvature, plain
-StartPoint StartPointFromName(std::string_view name);        // average, local
+StartPoint StartPointFromName(std::string_view name);        // average, local, random
 std::string_view NameOf(FitMethod method);
 std::string_view NameOf(DescentMetric metric);
 std::string_view NameOf(StartPoint start);

@@ -107,6 +107,16 @@ UnfinishedFit ReadUnfinishedFit(const std::filesystem::path& directory) {
   return fit;
 }
 
+int SizeToResume(const UnfinishedFit& before, const FitOptions& options, int longer) {
+  const int size = std::max(before.maps.width(), before.maps.height());
+  const int asked = options.size > 0 ? std::min(options.size, longer) : size;
+  if (size != asked || size > longer)
+    throw InputError("The fit in " + before.directory.string() + " has maps of " + std::to_string(size) +
+                     " pixels along the longer side, but " + std::to_string(std::min(asked, longer)) +
+                     " are asked for; remedy: leave out --size, or --resume");
+  return size;
+}
+
 void CheckSameSettings(const UnfinishedFit& before, const SettingList& now) {
   for (const auto& [key, value] : now) {
     std::string old = "missing";

@@ -31,6 +31,10 @@ struct UnfinishedFit {
 // is finished, or where a file is damaged.
 UnfinishedFit ReadUnfinishedFit(const std::filesystem::path& directory);
 
+// Pixels along the longer side of its maps. Throws InputError where another size is asked for, or the stack,
+// `longer`, is smaller.
+int SizeToResume(const UnfinishedFit& before, const FitOptions& options, int longer);
+
 // Throws InputError that names the first setting that differs.
 void CheckSameSettings(const UnfinishedFit& before, const SettingList& now);
 
