@@ -127,7 +127,7 @@ std::string PixelSection(const ReportContext& context) {
   info["ranges"] = planes.ranges();
   std::string lead = "The light of a single pixel, beside what the model makes of it.";
   if (sampling.step > 1)
-    lead += " Every " + std::to_string(sampling.step) + "th pixel along each side is part of this page.";
+    lead += " One pixel in " + std::to_string(sampling.step) + " along each side is part of this page.";
   return Section("pixel", "One pixel", lead,
                  Frame(context) + "<script type=\"application/json\" id=\"pixel-info\">" + ScriptSafe(info) +
                      "</script>\n<script type=\"text/plain\" id=\"pixel-values\">" + planes.Base64() +

@@ -68,8 +68,8 @@ std::string_view PixelScript() {
     const flags = info.flags.filter((f, bit) => value(3 * bands + 2 * info.maps.length, at) & (1 << bit));
     said.textContent = `Pixel ${column * info.step}, ${row * info.step} (column, row). ` +
       (isNaN(misfit) ? "Nothing was measured here: the values are its neighbours'. "
-       : misfit < 2.2 ? `The prediction is ${number(misfit)} error bars off on average: as good as the measurement allows. `
-       : `The prediction is ${number(misfit)} error bars off on average: do not trust this pixel's values. `) +
+       : misfit < 2.2 ? `The prediction is ${Number(misfit.toPrecision(2))} error bars off on average: as good as the measurement allows. `
+       : `The prediction is ${Number(misfit.toPrecision(2))} error bars off on average: do not trust this pixel's values. `) +
       (flags.length ? "Flagged: " + flags.join(", ") + "." : "No flags.");
   }
 
