@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dermap fit STACK.exr -o DIR: the chromophore maps of a reflectance stack, with a report.
+#include <csignal>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -20,11 +21,24 @@ struct FitArguments {
   std::filesystem::path output;
   std::filesystem::path config;
   std::filesystem::path truth;
+  bool resume = false;
+  std::filesystem::path prior;
+  std::filesystem::path save_prior;
   std::string method = "fast", metric = "curvature", start = "average", free = "auto";
   std::string engine{EngineName(ForwardOptions{}.engine)};
   double pixel_size_mm = 0.0;
   FitOptions options;
 };
+
+volatile std::sig_atomic_t g_stop = 0;
+
+// The first signal has the fit end where it stands and write what is there; a second one ends at once.
+void StopOnSignals() {
+  struct sigaction action {};
+  action.sa_handler = [](int) { g_stop = 1; };
+  action.sa_flags = static_cast<int>(SA_RESETHAND) | SA_RESTART;
+  for (const int signal : {SIGINT, SIGTERM}) sigaction(signal, &action, nullptr);
+}
 
 void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("STACK", args.stack,
@@ -33,8 +47,10 @@ void AddOptions(CLI::App& app, FitArguments& args) {
       ->required();
   app.add_option("-o,--output", args.output, "The fit folder to write")->required();
   app.add_option("--method", args.method, "fast (default) | descent | ceres (the reference)");
-  app.add_option("--start", args.start,
-                 "descent starts from: average (default, [D08 6.3]) | local inversion");
+  app.add_option(
+      "--start", args.start,
+      "descent starts from: average (default, [D08 6.3]) | local inversion | random, as ceres may");
+  app.add_option("--seed", args.options.seed, "Of --start random (default 1)");
   app.add_option("--metric", args.metric, "descent steps along: curvature (default) | plain gradient");
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");
@@ -58,6 +74,12 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--stop-chi2", args.options.stop_chi2, "descent stops at this chi2 (default 1.02; 0: never)")
       ->check(CLI::Range(0.0, 1e9));
   app.add_option("--config", args.config, "TOML with a [tissue] table");
+  CLI::Option* prior =
+      app.add_option("--prior", args.prior, "What earlier fits found, for images of few bands such as RGB");
+  app.add_option("--save-prior", args.save_prior,
+                 "Write what this fit teaches for --prior, or add it to the file that is there")
+      ->excludes(prior);
+  app.add_flag("--resume", args.resume, "Go on with the interrupted fit in the output folder");
   app.add_option("--truth", args.truth, "maps.exr of a simulated scene, shown beside the maps in the report");
 }
 
@@ -68,8 +90,27 @@ void Resolve(FitArguments& args) {
   args.options.forward.engine = EngineFromName(args.engine);
   args.options.free_parameters = FreeParametersFromText(args.free);
   if (args.pixel_size_mm > 0.0) args.options.pixel_size_mm = args.pixel_size_mm;
+  if (!args.prior.empty()) args.options.prior = ReadLearntPrior(args.prior);
+  if (args.resume) args.options.resume = ReadUnfinishedFit(args.output);
   if (!args.config.empty()) args.options.tissue = ReadTissueConfig(args.config);
 }
+
+// The prior on disk with this fit added. Read before a fit, so that a damaged file costs no time.
+class PriorToSave {
+ public:
+  explicit PriorToSave(std::filesystem::path path) : path_(std::move(path)) {
+    if (!path_.empty() && std::filesystem::exists(path_)) before_ = ReadLearntPrior(path_);
+  }
+  void Save(const FitResult& fit, const std::string& name) const {
+    if (path_.empty() || !fit.finished) return;
+    const LearntPrior own = LearnFrom(fit, name);
+    WriteLearntPrior(path_, before_ ? Combined(*before_, own) : own);
+  }
+
+ private:
+  std::filesystem::path path_;
+  std::optional<LearntPrior> before_;
+};
 
 Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) {
   Outcome outcome;
@@ -81,7 +122,9 @@ Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) 
                 "%.1f s%s\n",
                 fit.method.c_str(), fit.profiles.c_str(), fit.maps.width(), fit.maps.height(),
                 fit.bands.size(), fit.rms_residual, fit.chi2, fit.renders, fit.seconds,
-                fit.converged ? "" : ", NOT CONVERGED");
+                !fit.finished    ? ", INTERRUPTED"
+                : !fit.converged ? ", NOT CONVERGED"
+                                 : "");
   outcome.text = line;
   for (const std::string& decision : fit.decisions) outcome.text += "  " + decision + "\n";
   outcome.text += (directory / "report.html").string() + "\n";
@@ -102,11 +145,14 @@ int RunFitCommand(int argc, char** argv) {
   FitArguments args;
   AddOptions(command.app(), args);
   return command.Run(argc, argv, [&] {
+    StopOnSignals();
     Resolve(args);
+    args.options.stop = [] { return g_stop != 0; };
     const ReflectanceStack stack = ReadReflectanceStack(args.stack);
     std::optional<MapsFile> truth;
     if (!args.truth.empty()) truth = ReadMaps(args.truth);
     const std::filesystem::path spectra = ConfigDirectory() / "spectra";
+    const PriorToSave prior(args.save_prior);
     ProgressBar bar("fit");
     const FitResult fit = FitStack(stack, args.options, Chromophores(spectra), bar.Function());
     FileBatch folder;  // all of it, or nothing
@@ -117,6 +163,7 @@ int RunFitCommand(int argc, char** argv) {
                                               .spectra_dir = spectra,
                                               .truth = truth ? &*truth : nullptr,
                                               .calibration = CalibrationSidecar(args.stack)});
+    prior.Save(fit, args.stack.filename().string());
     folder.Commit();
     return Summarize(fit, args.output);
   });

@@ -10,6 +10,7 @@
 #include <cmath>
 
 #include "fit/ceres_reference.h"
+#include "fit/ceres_stop.h"
 
 namespace dermap {
 namespace {
@@ -139,6 +140,8 @@ ReferenceOutcome MinimiseDense(const Posterior& posterior, const DetailView& det
   options.max_num_iterations = max_iterations;
   options.function_tolerance = 1e-6;
   options.logging_type = ceres::SILENT;
+  StopWhenAsked stop(log);
+  options.callbacks.push_back(&stop);
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   log.Progress(1.0);

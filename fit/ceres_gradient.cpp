@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "fit/ceres_reference.h"
+#include "fit/ceres_stop.h"
 
 namespace dermap {
 namespace {
@@ -99,6 +100,8 @@ ReferenceOutcome MinimiseByGradient(const Posterior& posterior, const ParameterM
   options.gradient_tolerance = kGradientTolerance;
   options.parameter_tolerance = 0.0;
   options.logging_type = ceres::SILENT;
+  StopWhenAsked stop(log);
+  options.callbacks.push_back(&stop);
   ceres::GradientProblemSolver::Summary summary;
   ceres::Solve(options, problem, z.data(), &summary);
   log.Progress(1.0);

@@ -170,6 +170,7 @@ DescentOutcome Descend(PatchProblem& problem, ParameterMaps start, const FitOpti
       outcome.converged = true;
       return outcome;
     }
+    if (log.Stopped()) return outcome;
     if (moved) derivatives = problem.ForwardDifferences(state, options.difference_step);
     moved = Advance(problem, state, derivatives, control, options.metric);
     log.Add(state.misfit, problem.space().count(), problem.renders());

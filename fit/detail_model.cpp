@@ -16,6 +16,8 @@ constexpr double kSmallestVariance = 1e-9, kLargestVariance = 1.0;  // scaled un
 constexpr double kSteepestFall = 0.12, kGuessFall = 0.5, kGuessPixels = 2.0, kGuessShare = 0.02;
 // The guess at the scatter counts as if so many data had been seen.
 constexpr double kScatterData = 6.0;
+// Of an octave's details over those of all octaves in earlier fits, variances.
+constexpr double kSmallestFactor = 1e-6, kLargestFactor = 100.0;
 
 // Noise that is larger than stated is so in every octave. An error that neighbours share does not average
 // away: against the noise of means of four pixels it is four times as large as against that of one. Which of
@@ -40,13 +42,27 @@ double UnforeseenScatter(const DetailStatistics& mean, std::span<const double> s
              : 0.0;
 }
 
+// One factor for the covariance of all parameters' details.
+void UpdateLinked(const DetailStatistics& octave, int count, double weight, int l, DetailView model) {
+  const FreeVector& unit = model.link->detail_variance;
+  const double guess = GuessedVariance(model, l, 0) / unit[0];
+  double determined = 0.0;
+  for (int j = 0; j < count; ++j) determined += octave.determined[j];
+  const double factor = std::clamp(
+      (octave.linked_squares + weight * count * guess) / (std::max(determined, 0.0) + weight * count),
+      kSmallestFactor, kLargestFactor);
+  for (int j = 0; j < count; ++j) model.prior[l][j] = factor * unit[j];
+}
+
 }  // namespace
 
-DetailModel FirstDetailModel(int octaves, BlurTable blur) {
+DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPrior> link) {
   FreeVector variance;
   variance.fill(kFirstDetailSigma * kFirstDetailSigma);
+  if (link)
+    for (int j = 0; j < kUnknownCount; ++j) variance[j] = link->detail_variance[j] / std::max(octaves - 1, 1);
   DetailModel model{std::vector<FreeVector>(octaves, variance), std::vector<double>(octaves, 1.0),
-                    std::move(blur)};
+                    std::move(blur), std::move(link)};
   model.prior.back().fill(kLargestVariance);
   return model;
 }
@@ -54,12 +70,16 @@ DetailModel FirstDetailModel(int octaves, BlurTable blur) {
 DetailView ViewFrom(DetailModel& model, int first) {
   const std::size_t seen = std::min(static_cast<std::size_t>(first), model.blur.size());
   return {std::span(model.prior).subspan(first), std::span(model.scatter).subspan(first),
-          std::span<const std::vector<BlurCurve>>(model.blur).subspan(seen)};
+          std::span<const std::vector<BlurCurve>>(model.blur).subspan(seen),
+          model.link ? &*model.link : nullptr};
 }
 
-double GuessedVariance(std::span<const FreeVector> prior, int octave, int j) {
+double GuessedVariance(const DetailView& model, int octave, int j) {
+  const std::span<const FreeVector> prior = model.prior;
   const int top = static_cast<int>(prior.size()) - 1;
-  if (octave + 1 >= top) return kFirstDetailSigma * kFirstDetailSigma;
+  if (octave + 1 >= top)
+    return model.link ? model.link->detail_variance[j] / std::max(top, 1)
+                      : kFirstDetailSigma * kFirstDetailSigma;
   if (octave + 2 >= top) return kGuessFall * prior[octave + 1][j];
   const double fall = prior[octave + 1][j] / prior[octave + 2][j];
   return prior[octave + 1][j] * std::clamp(fall, kSteepestFall, kGuessFall);
@@ -70,8 +90,12 @@ void Update(std::span<const DetailStatistics> statistics, int count, DetailView 
   for (int l = top - 1; l >= 0; --l) {
     const DetailStatistics& octave = statistics[l];
     const double weight = kGuessPixels + kGuessShare * octave.pixels;
+    if (model.link) {
+      UpdateLinked(octave, count, weight, l, model);
+      continue;
+    }
     for (int j = 0; j < count; ++j)
-      model.prior[l][j] = std::clamp((octave.squares[j] + weight * GuessedVariance(model.prior, l, j)) /
+      model.prior[l][j] = std::clamp((octave.squares[j] + weight * GuessedVariance(model, l, j)) /
                                          (std::max(octave.determined[j], 0.0) + weight),
                                      kSmallestVariance, kLargestVariance);
   }

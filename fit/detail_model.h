@@ -3,6 +3,7 @@
 // scatter, how far skin blurs; all by octave.
 #pragma once
 
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -11,6 +12,14 @@
 
 namespace dermap {
 
+// What earlier fits say (fit/learnt_prior.h), in scaled units of the free parameters.
+struct LinkedPrior {
+  FreeVector mean{};              // of a patch
+  FreeMatrix mean_precision{};    // inverse of the means' covariance
+  FreeVector detail_variance{};   // of a pixel about its patch's mean, all octaves together
+  FreeMatrix detail_precision{};  // inverse of their covariance
+};
+
 struct DetailModel {
   // Variance of a pixel's detail in scaled units, [octave][free parameter]; of the last octave, a single
   // pixel, of the mean's distance from average skin.
@@ -18,27 +27,32 @@ struct DetailModel {
   std::vector<double>
       scatter;     // [octave], variance of the residuals over that of the stated noise, at least 1
   BlurTable blur;  // [octave][band]; octaves beyond are not blurred
+  // Details of an octave are then as in earlier fits, times one factor, and so is `prior`; the mean's part of
+  // `prior` says nothing.
+  std::optional<LinkedPrior> link;
 };
 
 // Before anything is known.
 inline constexpr double kFirstDetailSigma = 0.25;  // scaled units
-DetailModel FirstDetailModel(int octaves, BlurTable blur);
+DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPrior> link = {});
 
 // The same seen from pixels that are 2^first as large.
 struct DetailView {
   std::span<FreeVector> prior;
   std::span<double> scatter;
   std::span<const std::vector<BlurCurve>> blur;
+  const LinkedPrior* link = nullptr;
 };
 DetailView ViewFrom(DetailModel& model, int first);
 
 // What an octave's variance is guessed to be from those of the two coarser ones.
-double GuessedVariance(std::span<const FreeVector> prior, int octave, int j);
+double GuessedVariance(const DetailView& model, int octave, int j);
 
 // Sums over the pixels of an octave from which the variances are estimated anew.
 struct DetailStatistics {
-  FreeVector squares{};     // of the details
-  FreeVector determined{};  // how far the data decide them: 1 a pixel if wholly, 0 if not at all
+  FreeVector squares{};         // of the details
+  FreeVector determined{};      // how far the data decide them: 1 a pixel if wholly, 0 if not at all
+  double linked_squares = 0.0;  // of the details, over their covariance in earlier fits
   double pixels = 0.0;
   double residual_squares = 0.0;  // of what stays unanswered, over its stated noise
   double residual_count = 0.0;    // as many, less what the details adapted to

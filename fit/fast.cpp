@@ -104,7 +104,8 @@ class CoarseToFine {
   FastOutcome Run(const std::vector<Parameter>& free) {
     const std::vector<int> sizes = Sizes(std::max(data_.width(), data_.height()));
     outcome_.free = free;
-    outcome_.fixed = PointOf(options_.fixed_values, model_.tissue().junction_absorbance);
+    outcome_.fixed = PointOf(options_.prior ? options_.prior->mean : options_.fixed_values,
+                             model_.tissue().junction_absorbance);
     for (std::size_t s = 0; s < sizes.size(); ++s) {
       const bool finest = s + 1 == sizes.size();
       const int first = static_cast<int>(sizes.size() - 1 - s);  // octave of this size's pixels
@@ -132,10 +133,11 @@ class CoarseToFine {
     seen_from_ = first;
     if (choose) outcome_.free = AllUnknowns();
     PatchProblem problem(data, model, ParameterSpace(outcome_.free));
-    outcome_.state.maps = InvertLocally(problem, options_.fixed_values);
+    outcome_.state.maps = InvertLocally(problem, TableOne(outcome_.fixed));
     const int octaves = static_cast<int>(OctaveShapes(data_.width(), data_.height()).size());
     outcome_.detail =
-        FirstDetailModel(octaves, MeasureBlur(model_, SkinsOf(problem, outcome_.state.maps), octaves - 1));
+        FirstDetailModel(octaves, MeasureBlur(model_, SkinsOf(problem, outcome_.state.maps), octaves - 1),
+                         LinkOf(problem.space()));
     outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
     const DetailView detail = ViewFrom(outcome_.detail, first);
     SizeFit fit(problem, detail, outcome_.fixed);
@@ -167,6 +169,10 @@ class CoarseToFine {
     log_.renders_before += problem.renders();
   }
 
+  std::optional<LinkedPrior> LinkOf(const ParameterSpace& space) const {
+    return options_.prior ? std::optional(LinkTo(*options_.prior, space)) : std::nullopt;
+  }
+
   // Where all bands together make no sense: is there one without which they do? A fit without each tells; one
   // gross error can lead the fit with all bands too far astray for the check of the mean.
   void LeaveOneOut(FitData& data, const ForwardModel& model, int first) {
@@ -175,13 +181,14 @@ class CoarseToFine {
     std::optional<FastOutcome> best;
     double least = kMostlyExplained * outcome_.state.misfit.Chi2PerDatum();
     SuspectBand suspect;
-    for (int b = 0; b < data.band_count(); ++b) {
+    for (int b = 0; b < data.band_count() && !log_.Stopped(); ++b) {
       FitData without = data;
       for (float& value : without.measured[b].values()) value = std::numeric_limits<float>::quiet_NaN();
       PatchProblem problem(without, model, all.space());
       FastOutcome trial;
-      trial.detail = FirstDetailModel(static_cast<int>(outcome_.detail.prior.size()), outcome_.detail.blur);
-      trial.state = problem.StateOf(InvertLocally(problem, options_.fixed_values));
+      trial.detail = FirstDetailModel(static_cast<int>(outcome_.detail.prior.size()), outcome_.detail.blur,
+                                      outcome_.detail.link);
+      trial.state = problem.StateOf(InvertLocally(problem, TableOne(outcome_.fixed)));
       OctaveStep last;
       SizeFit(problem, ViewFrom(trial.detail, first), outcome_.fixed)
           .Refine(trial.state, kCoarseRest, log_, last);
@@ -226,10 +233,10 @@ class CoarseToFine {
     ParameterMaps& start = outcome_.state.maps;
     if (start.width() != data.width() || start.height() != data.height()) {
       start = Enlarged(problem, start);
-      for (int j = 0; j < problem.space().count(); ++j)
-        detail.prior[0][j] = GuessedVariance(detail.prior, 0, j);
+      for (int j = 0; j < problem.space().count(); ++j) detail.prior[0][j] = GuessedVariance(detail, 0, j);
     }
     outcome_.state = problem.StateOf(std::move(start));
+    if (finest && options_.resume) TakeUp(problem);
     log_.Add(outcome_.state.misfit, problem.space().count(), problem.renders());
     OctaveStep last;
     outcome_.converged = SizeFit(problem, detail, outcome_.fixed)
@@ -275,6 +282,16 @@ class CoarseToFine {
         .variance;
   }
 
+  // The maps of an interrupted fit, where they explain more than those of the coarser size.
+  void TakeUp(PatchProblem& problem) {
+    const ParameterMaps& before = options_.resume->maps;
+    if (before.width() != problem.data().width() || before.height() != problem.data().height()) return;
+    ParameterMaps maps = WithFixed(problem.space(), before, outcome_.fixed);
+    if (problem.space().HasJunction() && maps.junction_absorbance.size() != 1) return;
+    FitState state = problem.StateOf(std::move(maps));
+    if (state.misfit.chi2 < outcome_.state.misfit.chi2) outcome_.state = std::move(state);
+  }
+
   // Variances of what is free where nothing is held fixed: the value of what is fixed is an assumption.
   std::vector<PlaneF> VarianceOfAll(const FitData& data, const ForwardModel& model, int first) {
     const PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
@@ -286,7 +303,7 @@ class CoarseToFine {
     const DetailView detail = ViewFrom(*all_detail_, first);
     for (int octave = seen_from_ - 1; octave >= first; --octave)
       for (int j = 0; j < kUnknownCount; ++j)
-        detail.prior[octave - first][j] = GuessedVariance(detail.prior, octave - first, j);
+        detail.prior[octave - first][j] = GuessedVariance(detail, octave - first, j);
     for (std::size_t octave = 0; octave < detail.prior.size(); ++octave)
       for (std::size_t k = 0; k < outcome_.free.size(); ++k)
         detail.prior[octave][static_cast<std::size_t>(outcome_.free[k])] =

@@ -14,18 +14,18 @@
 #include "fit/ceres_reference.h"
 #include "fit/descent.h"
 #include "fit/fast.h"
+#include "fit/free_under_prior.h"
 #include "fit/local_scatter.h"
-#include "fit/local_start.h"
 #include "fit/prepare.h"
 #include "fit/resample.h"
 #include "fit/run_log.h"
 #include "fit/size.h"
+#include "fit/start_maps.h"
 #include "fit/uncertainty.h"
 
 namespace dermap {
 namespace {
 
-constexpr int kLocalStartSize = 16;   // pixels along the longer side
 constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
 
 // What a method leaves behind.
@@ -62,6 +62,7 @@ double SecondsPerPixel(const FitData& data, const ModelMaker& make_model, const 
 int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker& make_model, int free_count,
                RunLog& log) {
   const int longer = std::max(data.width(), data.height()), shorter = std::min(data.width(), data.height());
+  if (options.resume) return SizeToResume(*options.resume, options, longer);
   if (options.size > 0) {
     const int size = std::min(options.size, longer);
     log.Decide(Format("The fit ran at %d pixels along the longer side, as asked for (the stack has %d).",
@@ -78,13 +79,8 @@ int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker&
 Outcome RunDescent(const FitData& data, const ForwardModel& model, const std::vector<Parameter>& free,
                    const FitOptions& options, RunLog& log) {
   PatchProblem problem(data, model, ParameterSpace(free));
-  const bool local = options.start == StartPoint::kLocal;
-  log.Decide(std::string("Descent started from ") +
-             (local ? "the closed-form inversion of each pixel." : "average skin in every pixel.") +
-             " Steps: " + std::string(NameOf(options.metric)) + ".");
   ParameterMaps start =
-      local ? InvertAverages(problem, options.fixed_values, kLocalStartSize)
-            : problem.UniformMaps(PointOf(options.fixed_values, model.tissue().junction_absorbance));
+      StartMaps(problem, PointOf(options.fixed_values, model.tissue().junction_absorbance), options, log);
   DescentOutcome descent = Descend(problem, std::move(start), options, log);
   log.renders_before += problem.renders();
   log.Decide(Format(
@@ -130,7 +126,9 @@ Outcome OutcomeOf(FastOutcome fast) {
 
 Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                 const FitOptions& options, RunLog& log) {
-  FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
+  if (options.start == StartPoint::kRandom)
+    log.Decide("The fast fit always starts from the closed-form inversion: --start random was not followed.");
+  FastOutcome fast = FitCoarseToFine(data, model, AskedFor(options), make_model, options, log);
   if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
   log.Decide(Format("Degrees of freedom: the data decide %.2f parameters a pixel; the rest is prior.",
                     fast.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
@@ -159,7 +157,13 @@ Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker&
   const Posterior posterior(problem, detail, fast.fixed);
   const double objective = posterior.Value(posterior.PositionOf(fast.state.maps));
   const bool dense = data.fitted.size() <= kDensePixels;
-  const ParameterMaps start = dense ? InvertLocally(problem, TableOne(fast.fixed)) : fast.state.maps;
+  if (log.Stopped())
+    return {std::move(fast.free),    std::move(fast.state),    false,
+            fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
+  FitOptions local = options;
+  if (options.start != StartPoint::kRandom) local.start = StartPoint::kLocal;
+  const bool from_fast = options.resume || (!dense && options.start != StartPoint::kRandom);
+  const ParameterMaps start = from_fast ? fast.state.maps : StartMaps(problem, fast.fixed, local, log);
   ReferenceOutcome reference =
       dense ? MinimiseDense(posterior, detail, start, options.max_iterations, log)
             : MinimiseByGradient(posterior, start, fast.spread, options.max_iterations, log);
@@ -261,6 +265,10 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.engine = EngineName(options.forward.engine);
   result.decisions = std::move(log.decisions);
   result.seconds = log.Seconds();
+  result.finished = result.converged || !log.Stopped();
+  if (!result.finished)
+    result.decisions.emplace_back(
+        "The fit was interrupted: maps and error bars are as far as it had come (--resume goes on).");
   return result;
 }
 
@@ -269,15 +277,21 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
 FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, const Chromophores& chromophores,
                    const ProgressFunction& progress) {
   const ThreadLimit limit(options.threads);
-  RunLog log(progress);
+  RunLog log(progress, options.stop);
   Validate(options.tissue);
   // The evidence chooses later, or the number of bands now.
-  const bool by_evidence = options.method != FitMethod::kDescent && options.free_parameters.empty();
+  const bool by_evidence = options.method != FitMethod::kDescent && AskedFor(options).empty();
   std::vector<std::string> said;
-  const std::vector<Parameter> free = ChooseFreeParameters(
-      options.free_parameters, static_cast<int>(stack.bands.size()), by_evidence ? said : log.decisions);
-  const int fewest = std::min(static_cast<int>(free.size()), kParameterCount);  // data of a pixel
+  const int bands = static_cast<int>(stack.bands.size());
+  const std::vector<Parameter> free = FreeFor(options, bands, by_evidence ? said : log.decisions);
+  const int fewest = std::min({static_cast<int>(free.size()), kParameterCount, bands});  // data of a pixel
   FitData data = PrepareStack(stack, options, fewest, log.decisions);
+  const SettingList settings = SettingsOf(stack, options);
+  if (options.resume) {
+    CheckSameSettings(*options.resume, settings);
+    log.Decide(Format("Goes on from the maps in %s, which took %.1f s and %d renders.",
+                      options.resume->directory.c_str(), options.resume->seconds, options.resume->renders));
+  }
   const auto source = MakeProfileSource(options.profiles);
   if (options.profiles != "exact")  // measured against Monte Carlo: common/optics/README.md
     log.Decide(
@@ -308,7 +322,9 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
       break;
   }
   const PatchProblem problem(data, model, ParameterSpace(outcome.free));
-  return Collect(problem, data, std::move(outcome), options, log);
+  FitResult result = Collect(problem, data, std::move(outcome), options, log);
+  result.settings = settings;
+  return result;
 }
 
 }  // namespace dermap

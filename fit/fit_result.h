@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "common/core/image.h"
@@ -58,10 +59,12 @@ struct FitResult {
   double seconds = 0.0;
   int renders = 0;
   bool converged = false;
-  std::string method;                  // descent, ...
-  std::string profiles;                // multipole, ...
-  std::string engine;                  // cascade, pyramid
-  double tolerance = 0.0;              // of a render, relative
+  bool finished = true;  // false: it was stopped on the way; --resume goes on
+  std::vector<std::pair<std::string, std::string>> settings;  // what decided it (fit/resume.h)
+  std::string method;                                         // descent, ...
+  std::string profiles;                                       // multipole, ...
+  std::string engine;                                         // cascade, pyramid
+  double tolerance = 0.0;                                     // of a render, relative
   std::vector<BandChoice> forward;     // what the engine `lowrank` took for each band in the last render
   std::vector<std::string> decisions;  // sentences: what the program decided by itself, and why
 };

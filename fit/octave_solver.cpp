@@ -48,6 +48,7 @@ class LevelSolver {
       : problem_(problem),
         level_(levels[index]),
         prior_(model.prior[index]),
+        link_(model.link),
         top_(index + 1 == static_cast<int>(levels.size())),
         finest_(index == 0),
         maker_(problem, level_, top_ ? nullptr : BlurOf(model, index), fixed),
@@ -116,14 +117,42 @@ class LevelSolver {
       const double position = level_.position[j].data()[i] + sofar.change[j].data()[i];
       lower[j] = std::min(space.lower()[j] - position, 0.0);
       upper[j] = std::max(space.upper()[j] - position, 0.0);
-      system.AddPrior(j, share_ / prior_[j], -level_.detail[j].data()[i]);
+      if (!link_) system.AddPrior(j, share_ / prior_[j], -level_.detail[j].data()[i]);
     }
+    if (link_) AddLink(i, system);
     system.Solve(lower, upper, change, variance);
     for (int j = 0; j < N; ++j) {
       change_[j].data()[i] = static_cast<float>(change[j]);
       variance_[j].data()[i] = static_cast<float>(share_ * variance[j]);
-      determined[j] += 1.0 - variance[j] * share_ / prior_[j];
+      if (!link_) determined[j] += 1.0 - variance[j] * share_ / prior_[j];
     }
+    if (!link_) return;
+    const double decided = N - LinkFactor() * system.InverseTimes(LinkPrecision());
+    for (int j = 0; j < N; ++j) determined[j] += decided / N;
+  }
+
+  // What earlier fits say, as a quadratic form of the mean's distance or of the detail.
+  const FreeMatrix& LinkPrecision() const { return top_ ? link_->mean_precision : link_->detail_precision; }
+  double LinkFactor() const { return top_ ? 1.0 : share_ * link_->detail_variance[0] / prior_[0]; }
+  template <int N>
+  void AddLink(std::size_t i, SmallSystem<N>& system) const {
+    FreeVector center{};
+    for (int j = 0; j < N; ++j) {
+      center[j] = -level_.detail[j].data()[i];
+      if (top_) center[j] += link_->mean[j] - problem_.space().mean()[j];
+    }
+    system.AddPrior(LinkPrecision(), LinkFactor(), center);
+  }
+  // Sum over the pixels of the details' squares over their covariance in earlier fits.
+  double LinkedSquares() const {
+    double sum = 0.0;
+    for (std::size_t j = 0; j < change_.size(); ++j)
+      for (std::size_t k = 0; k < change_.size(); ++k)
+        for (std::size_t i = 0; i < level_.shape.size(); ++i)
+          sum += link_->detail_precision[j][k] *
+                 (static_cast<double>(level_.detail[j].data()[i]) + change_[j].data()[i]) *
+                 (static_cast<double>(level_.detail[k].data()[i]) + change_[k].data()[i]);
+    return sum;
   }
 
   void Answer(std::size_t i, std::span<const OctaveRow> rows, Sofar& sofar) const {
@@ -150,6 +179,7 @@ class LevelSolver {
       for (const FreeVector& row : determined) statistics.determined[j] += row[j];
       adapted += share_ * statistics.determined[j];
     }
+    if (link_) statistics.linked_squares = LinkedSquares();
     AddResiduals(sofar, statistics);
     statistics.residual_count = std::max(statistics.residual_count - adapted, 0.0);
     return statistics;
@@ -199,6 +229,7 @@ class LevelSolver {
   const PatchProblem& problem_;
   const OctaveLevel& level_;
   const FreeVector& prior_;
+  const LinkedPrior* link_;  // null: none
   bool top_, finest_;
   RowMaker maker_;
   double share_;  // of the pixels' dimensions that this octave's details span
@@ -207,46 +238,6 @@ class LevelSolver {
 };
 
 }  // namespace
-
-const std::vector<BlurCurve>* BlurOf(const DetailView& model, std::size_t octave) {
-  return octave < model.blur.size() ? &model.blur[octave] : nullptr;
-}
-
-RowMaker::RowMaker(const PatchProblem& problem, const OctaveLevel& level, const std::vector<BlurCurve>* blur,
-                   const SkinPoint& fixed)
-    : space_(problem.space()), level_(level), blur_(blur), fixed_(fixed) {
-  for (const BandOptics& optics : problem.model().optics())
-    absorbers_.push_back(optics.nodes[optics.center].absorbers);
-}
-
-void RowMaker::Fill(std::size_t pixel, std::span<OctaveRow> rows) const {
-  SkinPoint point = fixed_;
-  FreeVector position{};
-  for (int j = 0; j < space_.count(); ++j) position[j] = level_.position[j].data()[pixel];
-  space_.ToParameters(position, point);
-  const ParameterVector p = TableOne(point);
-  for (std::size_t b = 0; b < rows.size(); ++b) {
-    const Absorbers& absorbers = absorbers_[b];
-    const BlurShare seen = blur_ ? (*blur_)[b].At(absorbers.MuAEpidermis(p)) : BlurShare{};
-    const ParameterVector of_epidermis = absorbers.MuAEpidermisGradient(p);
-    const ParameterVector of_dermis = absorbers.MuADermisGradient(p);
-    const float epidermis = level_.epidermis[b].data()[pixel], dermis = level_.dermis[b].data()[pixel];
-    rows[b].epidermis_share = seen.epidermis;
-    for (int j = 0; j < space_.count(); ++j) {
-      const int k = static_cast<int>(space_.parameter(j));
-      const auto scale = static_cast<float>(space_.scale(j));
-      float above = 0.0f, below = 0.0f, between = 0.0f;
-      if (k < kParameterCount) {
-        above = epidermis * static_cast<float>(of_epidermis[k]) * scale;
-        below = dermis * static_cast<float>(of_dermis[k]) * scale;
-      } else {
-        between = level_.junction[b].data()[pixel] * scale;
-      }
-      rows[b].unblurred[j] = above + below + between;
-      rows[b].blurred[j] = seen.epidermis * above + seen.dermis * below + seen.junction * between;
-    }
-  }
-}
 
 OctaveStep SolveInOctaves(const PatchProblem& problem, const std::vector<OctaveLevel>& levels,
                           const DetailView& model, const SkinPoint& fixed) {

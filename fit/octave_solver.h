@@ -13,7 +13,7 @@
 #include <vector>
 
 #include "fit/detail_model.h"
-#include "fit/octave_levels.h"
+#include "fit/octave_rows.h"
 
 namespace dermap {
 
@@ -24,31 +24,6 @@ struct OctaveStep {
   double adapted_parameters = 0.0;           // that the data decide: degrees of freedom of the fitted model
   double move = 0.0;                         // rms of the change in standard deviations
 };
-
-// Derivatives of the logarithm of one band by the scaled free parameters, and how much of them skin's blur
-// leaves.
-struct OctaveRow {
-  float blurred[kUnknownCount], unblurred[kUnknownCount];
-  float epidermis_share;
-};
-// Makes the rows of an octave's pixels.
-class RowMaker {
- public:
-  // `blur`: [band], null: not blurred. `fixed`: of what is not free.
-  RowMaker(const PatchProblem& problem, const OctaveLevel& level, const std::vector<BlurCurve>* blur,
-           const SkinPoint& fixed);
-  // Of all bands.
-  void Fill(std::size_t pixel, std::span<OctaveRow> rows) const;
-
- private:
-  const ParameterSpace& space_;
-  const OctaveLevel& level_;
-  const std::vector<BlurCurve>* blur_;
-  SkinPoint fixed_;
-  std::vector<Absorbers> absorbers_;  // [band]
-};
-// The octave's curves, or null where it is not blurred.
-const std::vector<BlurCurve>* BlurOf(const DetailView& model, std::size_t octave);
 
 // Details of a plane span three quarters of its pixels' dimensions, so a detail of variance v a pixel has
 // 4/3 v in each of them.

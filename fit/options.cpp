@@ -18,7 +18,8 @@ constexpr Names<FitMethod, 3> kMethods{
     {{"fast", FitMethod::kFast}, {"descent", FitMethod::kDescent}, {"ceres", FitMethod::kCeres}}};
 constexpr Names<DescentMetric, 2> kMetrics{
     {{"curvature", DescentMetric::kCurvature}, {"plain", DescentMetric::kPlain}}};
-constexpr Names<StartPoint, 2> kStarts{{{"average", StartPoint::kAverage}, {"local", StartPoint::kLocal}}};
+constexpr Names<StartPoint, 3> kStarts{
+    {{"average", StartPoint::kAverage}, {"local", StartPoint::kLocal}, {"random", StartPoint::kRandom}}};
 
 template <class T, std::size_t N>
 T FromName(const Names<T, N>& names, std::string_view what, std::string_view name) {

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -11,6 +12,8 @@
 #include "common/tissue/parameters.h"
 #include "common/tissue/tissue.h"
 #include "common/transport/forward_model.h"
+#include "fit/learnt_prior.h"
+#include "fit/resume.h"
 
 namespace dermap {
 
@@ -20,13 +23,18 @@ enum class FitMethod {
   kCeres,    // the reference: the minimum of the fast fit's objective, by Ceres
 };
 
-enum class StartPoint { kAverage, kLocal };  // average skin as in [D08 6.3] | closed-form inversion a pixel
+// Average skin as in [D08 6.3] | closed-form inversion a pixel | a random point of table 1, the same in all
+// pixels.
+enum class StartPoint { kAverage, kLocal, kRandom };
 
 // How descent turns forward differences into a step.
 enum class DescentMetric {
   kPlain,      // along the negative gradient, as in [D08 6.3]
   kCurvature,  // the gradient preconditioned by the pixel's own normal matrix, from the same differences
 };
+
+// Asked between steps, from the fit's own thread: true ends the fit where it stands.
+using StopFunction = std::function<bool()>;
 
 struct FitOptions {
   FitMethod method = FitMethod::kFast;
@@ -36,6 +44,7 @@ struct FitOptions {
   double tolerance = 0.0;  // of a render, relative (ForwardOptions::tolerance); 0: a tenth of the noise
   std::vector<Parameter> free_parameters;  // empty ("auto"): fast weighs the evidence, descent counts bands
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
+  std::optional<LearntPrior> prior;              // what earlier fits found; fast only
   StartPoint start = StartPoint::kAverage;       // descent only: fast always starts from the local inversion
   int size = 0;  // pixels along the longer side; 0: the largest that the time budget allows
   double time_budget_s = 60.0;
@@ -49,12 +58,15 @@ struct FitOptions {
   int threads = 0;                      // 0: all cores
   std::optional<double> pixel_size_mm;  // overrides the stack's
   TissueConfig tissue;
+  StopFunction stop;                    // may be empty
+  std::optional<UnfinishedFit> resume;  // goes on from it
+  std::uint64_t seed = 1;               // of kRandom
 };
 
 // Each throws InputError that lists the known names.
 FitMethod FitMethodFromName(std::string_view name);          // fast, descent, ceres
 DescentMetric DescentMetricFromName(std::string_view name);  // curvature, plain
-StartPoint StartPointFromName(std::string_view name);        // average, local
+StartPoint StartPointFromName(std::string_view name);        // average, local, random
 std::string_view NameOf(FitMethod method);
 std::string_view NameOf(DescentMetric metric);
 std::string_view NameOf(StartPoint start);

@@ -11,6 +11,7 @@ namespace dermap {
 
 // By free parameter, in scaled units; the first count() count.
 using FreeVector = std::array<double, kUnknownCount>;
+using FreeMatrix = std::array<FreeVector, kUnknownCount>;
 
 // The parameters of one pixel, indexed by Parameter: table 1's five and the junction's absorbance.
 using SkinPoint = std::array<double, kUnknownCount>;

@@ -20,6 +20,7 @@ std::string Navigation() {
                                                                   {"captured", "Captured bands"},
                                                                   {"stack", "Calibrated stack"},
                                                                   {"maps", "Parameter maps"},
+                                                                  {"pixel", "One pixel"},
                                                                   {"comparison", "Measured and predicted"},
                                                                   {"residual", "Residual"},
                                                                   {"convergence", "Convergence"},
@@ -64,6 +65,7 @@ void WriteReport(const std::filesystem::path& path, const ReportInput& input) {
   html += CapturedSection(context);
   html += StackSection(context);
   html += MapsSection(context);
+  html += PixelSection(context);
   html += ComparisonSection(context);
   html += ResidualSection(context);
   html += ConvergenceSection(context);

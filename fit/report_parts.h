@@ -53,6 +53,9 @@ std::string Section(const std::string& id, const std::string& heading, const std
                     const std::string& body);
 std::string Grid(const std::string& figures, int columns);
 
+// The script of the page's only moving part, one pixel's spectrum.
+std::string_view PixelScript();
+
 // The style sheet of the page.
 std::string_view ReportStyle();
 

@@ -32,6 +32,7 @@ std::string ColourSection(const ReportContext& context);
 std::string CapturedSection(const ReportContext& context);
 std::string StackSection(const ReportContext& context);
 std::string MapsSection(const ReportContext& context);
+std::string PixelSection(const ReportContext& context);
 std::string ComparisonSection(const ReportContext& context);
 std::string ResidualSection(const ReportContext& context);
 std::string ConvergenceSection(const ReportContext& context);

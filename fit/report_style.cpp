@@ -42,7 +42,10 @@ section { background: var(--card); border: 1px solid var(--line); border-radius:
 .grid.c2 { grid-template-columns: repeat(2, minmax(0, 1fr)); }
 .grid.c3 { grid-template-columns: repeat(3, minmax(0, 1fr)); }
 .split { display: grid; gap: 20px 32px; grid-template-columns: minmax(0, 2.1fr) minmax(0, 1fr); align-items: start; }
-@media (max-width: 760px) { .split { grid-template-columns: 1fr; } }
+.split.even { grid-template-columns: minmax(0, 1fr) minmax(0, 1.25fr); }
+#pixel-stage { cursor: crosshair; } #pixel-stage:focus-visible { outline: 3px solid var(--accent); outline-offset: 2px; }
+#pixel-mark { pointer-events: none; }
+@media (max-width: 760px) { .split, .split.even { grid-template-columns: 1fr; } }
 .grid.c4 { grid-template-columns: repeat(4, minmax(0, 1fr)); }
 @media (max-width: 900px) { .grid.c2, .grid.c3, .grid.c4 { grid-template-columns: repeat(2, minmax(0, 1fr)); } }
 @media (max-width: 520px) { .grid.c2, .grid.c3, .grid.c4 { grid-template-columns: 1fr; } main, header.top { padding: 0 12px; } section { padding: 16px; } }

@@ -117,7 +117,11 @@ std::string HeadlineSection(const ReportContext& context) {
   std::string html = "<p class=\"kicker\">Skin parameters from a reflectance stack</p>\n<h1>" +
                      EscapeHtml(context.input.name) + "</h1>\n<p class=\"verdict\">";
   html += fit.converged ? "<span class=\"badge good\">converged</span>"
-                        : "<span class=\"badge warn\">not converged</span>";
+          : fit.finished
+              ? "<span class=\"badge warn\">not converged</span>"
+              : "<span class=\"badge warn\">INTERRUPTED</span><strong role=\"alert\">This fit was "
+                "stopped before it was done. Do not read the maps as results: go on with dermap fit "
+                "--resume. </strong>";
   html += EscapeHtml(Verdict(fit)) + "</p>\n<div class=\"tiles\">\n";
   html += Tile("rms residual", Percent(fit.rms_residual), "of reflectance 1");
   html += Tile("chi2 per degree of freedom", FormatValue(fit.chi2), "1: as large as the noise");

@@ -9,13 +9,14 @@
 #include "common/core/progress.h"
 #include "fit/fit_result.h"
 #include "fit/objective.h"
+#include "fit/options.h"
 
 namespace dermap {
 
 class RunLog {
  public:
-  explicit RunLog(ProgressFunction progress = {})
-      : start_(std::chrono::steady_clock::now()), progress_(std::move(progress)) {}
+  explicit RunLog(ProgressFunction progress = {}, StopFunction stop = {})
+      : start_(std::chrono::steady_clock::now()), progress_(std::move(progress)), stop_(std::move(stop)) {}
 
   double Seconds() const {
     return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
@@ -29,6 +30,8 @@ class RunLog {
   void Progress(double fraction) const {
     if (progress_) progress_(fraction);
   }
+  // Whether a method is to end where it stands; once true it stays so.
+  bool Stopped() const { return stop_ && stop_(); }
 
   std::vector<FitIteration> history;
   std::vector<std::string> decisions;
@@ -37,6 +40,7 @@ class RunLog {
  private:
   std::chrono::steady_clock::time_point start_;
   ProgressFunction progress_;
+  StopFunction stop_;
 };
 
 }  // namespace dermap

@@ -18,6 +18,7 @@ constexpr double kWorse = 1.05, kAboveNoise = 1.5;
 bool SizeFit::Refine(FitState& state, double rest, RunLog& log, OctaveStep& last) {
   for (int step = 0; step < kMaxSteps; ++step) {
     last = Estimate(state);
+    if (log.Stopped()) return false;
     Take(last, state);
     log.Add(state.misfit, problem_.space().count(), problem_.renders());
     if (last.move < rest) return true;

@@ -16,7 +16,7 @@ class SizeFit {
       : problem_(problem), detail_(detail), fixed_(fixed) {}
 
   // Steps until one moves the maps by less than `rest` of their standard deviations; true where they come to
-  // it. `last` is the last step.
+  // it. `last` is the last step; one that was not taken where the log is stopped.
   bool Refine(FitState& state, double rest, RunLog& log, OctaveStep& last);
 
  private:

@@ -24,6 +24,23 @@ class SmallSystem {
     matrix_[j][j] += precision;
     rhs_[j] += precision * center;
   }
+  // Adds factor (x - center)' precision (x - center).
+  void AddPrior(const FreeMatrix& precision, double factor, const FreeVector& center) noexcept {
+    for (int i = 0; i < N; ++i)
+      for (int j = 0; j < N; ++j) {
+        if (j <= i) matrix_[i][j] += factor * precision[i][j];
+        rhs_[i] += factor * precision[i][j] * center[j];
+      }
+  }
+  // Trace of the matrix's inverse times `other`, which is symmetric.
+  double InverseTimes(const FreeMatrix& other) const {
+    double inverse[N][N] = {}, trace = 0.0;
+    Factor(inverse);
+    for (int i = 0; i < N; ++i)
+      for (int j = 0; j < N; ++j)
+        for (int k = std::max(i, j); k < N; ++k) trace += inverse[k][i] * inverse[k][j] * other[i][j];
+    return trace;
+  }
   double matrix(int i, int j) const noexcept { return i >= j ? matrix_[i][j] : matrix_[j][i]; }
   double rhs(int i) const noexcept { return rhs_[i]; }
 

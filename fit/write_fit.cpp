@@ -69,6 +69,7 @@ nlohmann::ordered_json FitRecord(const FitResult& result) {
   json["seconds"] = result.seconds;
   json["renders"] = result.renders;
   json["converged"] = result.converged;
+  json["finished"] = result.finished;
   json["method"] = result.method;
   json["profiles"] = result.profiles;
   json["engine"] = result.engine;
@@ -87,6 +88,8 @@ nlohmann::ordered_json FitRecord(const FitResult& result) {
                                   {"absent", NamesIn(candidate.absent)},
                                   {"log_evidence", candidate.log_evidence}});
   json["decisions"] = result.decisions;
+  json["settings"] = nlohmann::ordered_json::object();
+  for (const auto& [key, value] : result.settings) json["settings"][key] = value;
   json["tolerance"] = result.tolerance;
   json["forward"] = ChoiceRecord(result.forward, result.bands);
   json["history"] = nlohmann::ordered_json::array();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Within this folder: a JSON file read with the same checks as TOML configuration.
+// A JSON file read with the same checks as TOML configuration.
 #pragma once
 
 #include <filesystem>

@@ -17,6 +17,8 @@ namespace {
 
 constexpr double kFwhmPerSigma = 2.3548200450309493;  // 2 sqrt(2 ln 2)
 constexpr int kMostAutomaticTerms = 12;
+constexpr double kFirstWavelength_nm = 350.0, kLastWavelength_nm = 1000.0;  // that Chromophores::At knows
+constexpr double kTail = 1e-3;  // share of a filter's light that may lie beyond the known spectra
 
 // Nodes and weights for a Gaussian of mean 0 and variance 1, from the Jacobi matrix of its orthogonal
 // polynomials [Golub and Welsch, "Calculation of Gauss quadrature rules", Math. Comp. 23, 1969].
@@ -32,6 +34,22 @@ std::vector<FilterNode> GaussHermite(int count) {
   }
   nodes[count / 2].wavelength_nm = 0.0;
   return nodes;
+}
+
+// A wide filter's outer nodes lie sigmas away, where no skin's spectra are known, and hold next to no light.
+// They go in pairs, so that the centre stays in the middle; what holds more is left for the spectra to
+// refuse.
+void LeaveOutTails(std::vector<FilterNode>& nodes) {
+  double left_out = 0.0;
+  while (nodes.size() > 1 &&
+         (nodes.front().wavelength_nm < kFirstWavelength_nm ||
+          nodes.back().wavelength_nm > kLastWavelength_nm) &&
+         left_out + nodes.front().weight + nodes.back().weight < kTail) {
+    left_out += nodes.front().weight + nodes.back().weight;
+    nodes.erase(nodes.begin());
+    nodes.pop_back();
+  }
+  for (FilterNode& node : nodes) node.weight /= 1.0 - left_out;
 }
 
 // A table that only its totals are read of. What the multipole makes negative counts as nothing.
@@ -86,6 +104,7 @@ std::vector<FilterNode> FilterNodes(const Band& band) {
   std::vector<FilterNode> nodes = GaussHermite(count);
   for (FilterNode& node : nodes)
     node.wavelength_nm = band.wavelength_nm + node.wavelength_nm * band.fwhm_nm / kFwhmPerSigma;
+  LeaveOutTails(nodes);
   return nodes;
 }
 

@@ -17,7 +17,8 @@ struct FilterNode {
 };
 
 // Gauss-Hermite nodes of the band's Gaussian filter, ascending, an odd number (one where the width is 0):
-// five up to 10 nm of width, then two more for every 10 nm.
+// five up to 10 nm of width, then two more for every 10 nm, less those of a thousandth of the light that lie
+// beyond 350-1000 nm.
 std::vector<FilterNode> FilterNodes(const Band& band);
 
 // A table whose first Gaussian carries the whole total: enough for closed forms (TotalReflectance), and

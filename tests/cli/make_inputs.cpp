@@ -14,7 +14,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kSize = 16;
+constexpr int kSize = 16, kLargeSize = 160;
 constexpr float kNan = std::numeric_limits<float>::quiet_NaN();
 
 // Smooth values of the size that skin has; what a fit makes of them is not asked here.
@@ -65,6 +65,15 @@ void MakeInputs(const std::filesystem::path& folder) {
   maps.bands = {{450.0, 10.0}, {600.0, 10.0}};
   maps.pixel_size_mm = 0.3;
   WriteMaps(folder / "maps.exr", maps);
+
+  // Large enough that a fit takes its time.
+  maps.maps = ParameterMaps(kLargeSize, kLargeSize, AverageSkin());
+  maps.pixel_size_mm = 7.5 / kLargeSize;
+  for (int y = 0; y < kLargeSize; ++y)
+    for (int x = 0; x < kLargeSize; ++x)
+      maps.maps[Parameter::kC_m](x, y) =
+          static_cast<float>(0.08 + 0.04 * std::sin(0.1 * x) * std::cos(0.07 * y));
+  WriteMaps(folder / "large_maps.exr", maps);
 }
 
 }  // namespace

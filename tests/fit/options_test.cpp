@@ -30,7 +30,7 @@ std::string MessageOf(const std::function<void()>& call) {
 TEST(FitOptions, NamesRoundTrip) {
   for (const char* name : {"fast", "descent", "ceres"}) EXPECT_EQ(NameOf(FitMethodFromName(name)), name);
   for (const char* name : {"curvature", "plain"}) EXPECT_EQ(NameOf(DescentMetricFromName(name)), name);
-  for (const char* name : {"average", "local"}) EXPECT_EQ(NameOf(StartPointFromName(name)), name);
+  for (const char* name : {"average", "local", "random"}) EXPECT_EQ(NameOf(StartPointFromName(name)), name);
 }
 
 // A method that is not built in is named together with those that are.

@@ -40,6 +40,21 @@ TEST(FilterNodes, KeepTheCentreAndTheLight) {
   }
 }
 
+// A camera's blue channel, 460 nm and 70 nm wide: 17 nodes reach 6.9 standard deviations down, to 255 nm. The
+// light beyond 350 nm is 1e-4 of all (the normal distribution beyond 3.7 standard deviations); a channel
+// whose tails hold more than a thousandth keeps its nodes there.
+TEST(FilterNodes, LeaveOutTailsBeyondTheSpectra) {
+  const std::vector<FilterNode> nodes = FilterNodes({460.0, 70.0});
+  EXPECT_GE(nodes.front().wavelength_nm, 350.0);
+  EXPECT_EQ(nodes[nodes.size() / 2].wavelength_nm, 460.0);
+  double weight = 0.0, variance = 0.0;
+  for (const FilterNode& node : nodes) weight += node.weight;
+  for (const FilterNode& node : nodes) variance += node.weight * std::pow(node.wavelength_nm - 460.0, 2);
+  EXPECT_NEAR(weight, 1.0, 1e-12);
+  EXPECT_NEAR(2.0 * std::sqrt(2.0 * std::log(2.0) * variance), 70.0, 0.3);
+  EXPECT_LT(FilterNodes({400.0, 80.0}).front().wavelength_nm, 350.0);
+}
+
 // The full tables' totals, which were fitted as profiles; "exact" has a ballistic part and two R2.
 TEST(BandTotals, AreTheTotalsOfTheFullTables) {
   for (const char* source : {"multipole", "exact"}) {

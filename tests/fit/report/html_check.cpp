@@ -55,7 +55,8 @@ std::vector<std::string> NestingFaults(const std::string& html) {
   std::size_t at = 0;
   for (Tag tag; NextTag(html, at, tag);) {
     at = tag.end;
-    if (tag.name == "style" && !tag.closing) at = std::min(html.size(), html.find("</style>", at));
+    if ((tag.name == "style" || tag.name == "script") && !tag.closing)
+      at = std::min(html.size(), html.find("</" + tag.name + ">", at));
     if (kVoid.count(tag.name) != 0 || tag.self_closing) continue;
     if (tag.name.empty()) {
       faults.push_back("a bare < at byte " + std::to_string(tag.begin));
@@ -81,8 +82,8 @@ std::vector<std::string> OutsideReferences(const std::string& html) {
         found.push_back(attribute + value);
     }
   }
-  for (const std::string text : {"http://", "https://", "url(", "@import", "<script", "<link", "<iframe",
-                                 "<object", "javascript:", "file://"}) {
+  for (const std::string text :
+       {"http://", "https://", "url(", "@import", "<link", "<iframe", "<object", "javascript:", "file://"}) {
     if (html.find(text) != std::string::npos) found.push_back(text);
   }
   return found;
@@ -94,7 +95,8 @@ std::string VisibleText(const std::string& html) {
   for (Tag tag; NextTag(html, at, tag);) {
     text += html.substr(at, tag.begin - at);
     at = tag.end;
-    if (tag.name == "style" && !tag.closing) at = std::min(html.size(), html.find("</style>", at));
+    if ((tag.name == "style" || tag.name == "script") && !tag.closing)
+      at = std::min(html.size(), html.find("</" + tag.name + ">", at));
   }
   return text;
 }
