@@ -21,9 +21,10 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
-constexpr double kNoOffset = 1e-3;         // scaled units: least that what is fixed may be off
-constexpr double kMuchScatter = 4.0;       // of residuals over noise, variances
-constexpr int kMostSuspicions = 3;         // corrections of a band's gain, each a smaller one
+constexpr double kUnevenness = 0.1;
+constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
+constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
+constexpr int kMostSuspicions = 3;    // corrections of a band's gain, each a smaller one
 
 // Halved, rounding up, as the octaves are.
 std::vector<int> Sizes(int size) {
@@ -113,7 +114,7 @@ class CoarseToFine {
       std::optional<ForwardModel> coarse_model;
       if (!finest) {
         reduced = ReduceData(data_, sizes[s], 1);
-        AddReductionError(reduced);
+        AddRelativeError(reduced, kReductionError);
         coarse_model.emplace(make_model_(reduced.conditions));
       }
       FitData& data = finest ? data_ : reduced;
@@ -292,6 +293,18 @@ class CoarseToFine {
     if (state.misfit.chi2 < outcome_.state.misfit.chi2) outcome_.state = std::move(state);
   }
 
+  // No skin is as even as a map of one value: what is present but not free varies by kUnevenness of its
+  // value, in all octaves together, even where the data are silent about it.
+  void LeaveFixedUneven(const ParameterSpace& space, std::span<FreeVector> prior) const {
+    const auto octaves = static_cast<double>(prior.size() - 1);
+    for (int j = 0; j < space.count(); ++j) {
+      if (std::count(outcome_.free.begin(), outcome_.free.end(), space.parameter(j)) > 0) continue;
+      const double value = outcome_.fixed[static_cast<int>(space.parameter(j))] / space.scale(j);
+      for (std::size_t octave = 0; octave + 1 < prior.size(); ++octave)
+        prior[octave][j] = std::max(prior[octave][j], std::pow(kUnevenness * value, 2) / octaves);
+    }
+  }
+
   // Variances of what is free where nothing is held fixed: the value of what is fixed is an assumption.
   std::vector<PlaneF> VarianceOfAll(const FitData& data, const ForwardModel& model, int first) {
     const PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
@@ -308,6 +321,7 @@ class CoarseToFine {
       for (std::size_t k = 0; k < outcome_.free.size(); ++k)
         detail.prior[octave][static_cast<std::size_t>(outcome_.free[k])] =
             outcome_.detail.prior[octave + first][k];
+    LeaveFixedUneven(problem.space(), detail.prior);
     OctaveStep all = SolveInOctaves(problem, LineariseInOctaves(problem, state), detail, outcome_.fixed);
     std::vector<PlaneF> variance;
     for (const Parameter p : outcome_.free)

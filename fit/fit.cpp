@@ -157,9 +157,10 @@ Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker&
   const Posterior posterior(problem, detail, fast.fixed);
   const double objective = posterior.Value(posterior.PositionOf(fast.state.maps));
   const bool dense = data.fitted.size() <= kDensePixels;
-  if (log.Stopped())
-    return {std::move(fast.free),    std::move(fast.state),    false,
-            fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
+  if (log.Stopped()) {
+    fast.converged = false;
+    return OutcomeOf(std::move(fast));
+  }
   FitOptions local = options;
   if (options.start != StartPoint::kRandom) local.start = StartPoint::kLocal;
   const bool from_fast = options.resume || (!dense && options.start != StartPoint::kRandom);
@@ -205,7 +206,8 @@ double ExpectedScatter(const Outcome& outcome, const FitResult& result) {
 }
 
 // The largest tolerance and the smallest that a tenth of the noise is taken for.
-constexpr double kLargestTolerance = 1e-2, kSmallestTolerance = 2e-4;
+constexpr double kLargestTolerance = 1e-2, kSmallestTolerance = 2e-5;
+constexpr double kQuietTolerance = 0.2;  // of the noise: a render's error above it is no longer hidden in it
 constexpr double kDescentTolerance = 1e-4;
 
 double MedianRelativeNoise(const FitData& data) {
@@ -227,7 +229,7 @@ ForwardOptions ForwardOptionsFor(const FitData& data, const FitOptions& options,
     forward.tolerance = options.tolerance;
   } else if (options.method != FitMethod::kFast) {
     // What is left out must not jump by more than a forward difference or a line search's step changes.
-    forward.tolerance = kDescentTolerance;
+    forward.tolerance = std::clamp(0.1 * MedianRelativeNoise(data), kSmallestTolerance, kDescentTolerance);
   } else {
     forward.tolerance = std::clamp(0.1 * MedianRelativeNoise(data), kSmallestTolerance, kLargestTolerance);
     log.Decide(
@@ -299,12 +301,14 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
         "on real "
         "skin it finds about half too much melanin. Use --profiles exact there (docs/optics.md).");
   const ForwardOptions forward = ForwardOptionsFor(data, options, log);
+  if (forward.tolerance > kQuietTolerance * MedianRelativeNoise(data))
+    AddRelativeError(data, forward.tolerance);
   const ForwardModel tables(chromophores, *source, options.tissue, data.bands, data.conditions, forward);
   const ModelMaker make_model = [&](const ImagingConditions& conditions) { return tables.With(conditions); };
   const int full_width = data.width();
   data = ReduceData(data, ChooseSize(data, options, make_model, fewest, log), fewest);
   if (data.width() < full_width) {
-    AddReductionError(data);
+    AddRelativeError(data, kReductionError);
     log.Decide(
         Format("Sigma was widened by %g of the reflectance for the averaging of areas.", kReductionError));
   }

@@ -43,9 +43,9 @@ struct LogResidual {
   double residual;
   double weight;
 };
-// (measured - predicted) / sigma where both are within four sigma or a fifth of each other: the logarithm of a
-// noisy datum would be biased by half its relative variance, and of a patch's mean that is many sigma. Beyond,
-// it goes on as the logarithm, with the same slope.
+// (measured - predicted) / sigma where both are within four sigma or a fifth of each other: the logarithm of
+// a noisy datum would be biased by half its relative variance, and of a patch's mean that is many sigma.
+// Beyond, it goes on as the logarithm, with the same slope.
 LogResidual LogResidualOf(double measured, double sigma, double predicted) noexcept;
 
 }  // namespace dermap

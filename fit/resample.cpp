@@ -111,11 +111,11 @@ FitData ReduceData(const FitData& data, int size, int free_count) {
   return reduced;
 }
 
-void AddReductionError(FitData& data) {
+void AddRelativeError(FitData& data, double share) {
   for (int b = 0; b < data.band_count(); ++b) {
     for (std::size_t i = 0; i < data.measured[b].size(); ++i) {
       float& sigma = data.sigma[b].data()[i];
-      sigma = static_cast<float>(std::hypot(sigma, kReductionError * data.measured[b].data()[i]));
+      sigma = static_cast<float>(std::hypot(sigma, share * data.measured[b].data()[i]));
     }
   }
 }

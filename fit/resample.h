@@ -23,7 +23,8 @@ double MeanNoiseInflation(const FitData& data, double side);
 // reflectance (measured on simulated light and medium skin reduced from 256^2 to 64^2), which sigma must hold
 // beside the noise.
 inline constexpr double kReductionError = 0.002;
-void AddReductionError(FitData& data);
+// An error of this share of the reflectance, into sigma.
+void AddRelativeError(FitData& data, double share);
 
 // The plane at width x height over the same area, linear between the centres of pixels, constant beyond the
 // outer ones.

@@ -67,7 +67,7 @@ TEST(ReduceData, KeepsPixelsSquareAndNeverEnlarges) {
 // Independent errors add in squares, by hand: 0.02 of noise and 0.002 * 11 of reduction.
 TEST(ReduceData, ReductionErrorWidensSigma) {
   FitData data = Data(4, 4);
-  AddReductionError(data);
+  AddRelativeError(data, kReductionError);
   EXPECT_NEAR(data.sigma[0](1, 1), std::hypot(0.02, 0.022), 1e-7);
   EXPECT_NEAR(data.sigma[0](0, 0), 0.02, 1e-7);
 }
