@@ -74,8 +74,8 @@ double ShareAtTheOptimum(int size, FitMethod method, double share, int usual) {
   return static_cast<double>(there) / starts;
 }
 
-// Levenberg-Marquardt with the exact Jacobian and the prior. From a few corners of table 1 it comes to rest
-// at bounds: 3 of the first 60 seeds.
+// Levenberg-Marquardt with the exact Jacobian and the prior. From a few places in table 1 it comes to rest
+// elsewhere: 3 of the first 60 seeds.
 TEST(Starts, TheReferenceReachesOneOptimumFromMostPlaces) {
   EXPECT_GE(ShareAtTheOptimum(2, FitMethod::kCeres, 0.02, 10), 0.9);
 }
