@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The reference for small patches: Levenberg-Marquardt with the dense Jacobian.
 #include <ceres/cost_function.h>
+#include <ceres/iteration_callback.h>
 #include <ceres/problem.h>
 #include <ceres/solver.h>
 
@@ -140,8 +141,8 @@ ReferenceOutcome MinimiseDense(const Posterior& posterior, const DetailView& det
   options.max_num_iterations = max_iterations;
   options.function_tolerance = 1e-6;
   options.logging_type = ceres::SILENT;
-  StopWhenAsked stop(log);
-  options.callbacks.push_back(&stop);
+  const auto stop = StopWhenAsked(log);
+  options.callbacks.push_back(stop.get());
   ceres::Solver::Summary summary;
   ceres::Solve(options, &problem, &summary);
   log.Progress(1.0);

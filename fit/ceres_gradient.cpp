@@ -3,6 +3,7 @@
 #include <ceres/first_order_function.h>
 #include <ceres/gradient_problem.h>
 #include <ceres/gradient_problem_solver.h>
+#include <ceres/iteration_callback.h>
 
 #include <memory>
 
@@ -100,8 +101,8 @@ ReferenceOutcome MinimiseByGradient(const Posterior& posterior, const ParameterM
   options.gradient_tolerance = kGradientTolerance;
   options.parameter_tolerance = 0.0;
   options.logging_type = ceres::SILENT;
-  StopWhenAsked stop(log);
-  options.callbacks.push_back(&stop);
+  const auto stop = StopWhenAsked(log);
+  options.callbacks.push_back(stop.get());
   ceres::GradientProblemSolver::Summary summary;
   ceres::Solve(options, problem, z.data(), &summary);
   log.Progress(1.0);

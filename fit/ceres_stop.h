@@ -2,21 +2,17 @@
 // Ends Ceres's solvers between iterations, with the best point so far.
 #pragma once
 
-#include <ceres/iteration_callback.h>
+#include <memory>
 
 #include "fit/run_log.h"
 
+namespace ceres {
+class IterationCallback;
+}
+
 namespace dermap {
 
-class StopWhenAsked final : public ceres::IterationCallback {
- public:
-  explicit StopWhenAsked(const RunLog& log) : log_(log) {}
-  ceres::CallbackReturnType operator()(const ceres::IterationSummary&) override {
-    return log_.Stopped() ? ceres::SOLVER_TERMINATE_SUCCESSFULLY : ceres::SOLVER_CONTINUE;
-  }
-
- private:
-  const RunLog& log_;
-};
+// For a solver's callbacks; borrows the log. Whoever calls it includes <ceres/iteration_callback.h>.
+std::unique_ptr<ceres::IterationCallback> StopWhenAsked(const RunLog& log);
 
 }  // namespace dermap
