@@ -7,9 +7,9 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "common/core/error.h"
+#include "common/core/parallel.h"
 #include "common/files/session_journal.h"
 
 namespace dermap {
@@ -70,7 +70,8 @@ std::string MachineName() {
     if (const auto colon = line.find(": "); colon != std::string::npos) name = line.substr(colon + 2);
     break;
   }
-  return fmt::format("{}, {} threads", name, std::thread::hardware_concurrency());
+  const int threads = AllowedThreads();
+  return fmt::format("{}, {} thread{}", name, threads, threads == 1 ? "" : "s");
 }
 
 }  // namespace dermap

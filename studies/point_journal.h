@@ -31,7 +31,8 @@ PointRun RunPoints(const std::filesystem::path& folder, const std::string& name,
                    const nlohmann::json& settings, const std::vector<PlannedPoint>& plan,
                    const ProgressFunction& progress);
 
-// "AMD EPYC 7B13, 2 threads": what times were measured on; "unknown processor" where the system does not say.
+// "AMD EPYC 7B13, 2 threads" (those that may work): what times were measured on; "unknown processor" where
+// the system does not say.
 std::string MachineName();
 
 }  // namespace dermap
