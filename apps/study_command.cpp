@@ -18,6 +18,7 @@
 #include "studies/optics_study.h"
 #include "studies/orders_study.h"
 #include "studies/sharpness_study.h"
+#include "studies/stability_study.h"
 #include "studies/tradeoff_study.h"
 #include "studies/verdict.h"
 
@@ -29,6 +30,7 @@ struct Request {
   std::filesystem::path folder;
   bool quick = false;
   std::uint64_t seed = 1;
+  std::vector<std::string> only;  // parts of the study, where it has some
 };
 
 // The frame of a judged study: `run` does the work, writes its files into the folder and returns what the
@@ -39,7 +41,8 @@ struct Judged {
   std::filesystem::path page;
 };
 int RunJudged(int argc, char** argv, const std::string& name, const char* about, const char* files,
-              const std::function<Judged(const Request&, const ProgressFunction&)>& run) {
+              const std::function<Judged(const Request&, const ProgressFunction&)>& run,
+              const char* part = nullptr) {
   CommandLine command("study " + name, about);
   Request request;
   command.app()
@@ -47,6 +50,10 @@ int RunJudged(int argc, char** argv, const std::string& name, const char* about,
       ->required();
   command.app().add_flag("--quick", request.quick, "Few points and photons: less than two minutes");
   command.app().add_option("--seed", request.seed, "Everything random follows from it (default 1)");
+  if (part)
+    command.app()
+        .add_option(fmt::format("--{}", part), request.only, "Only these, separated by commas")
+        ->delimiter(',');
   return command.Run(argc, argv, [&] {
     ProgressBar bar("study " + name);
     const Judged judged = run(request, bar.Function());
@@ -143,6 +150,24 @@ int RunLadderStudyCommand(int argc, char** argv) {
       });
 }
 
+int RunStabilityStudyCommand(int argc, char** argv) {
+  return RunJudged(
+      argc, argv, "stability", "Where each method of fitting breaks, and whether it says so.",
+      "{csv,json,svg,html}",
+      [](const Request& request, const ProgressFunction& progress) {
+        const StabilityStudy study = RunStabilityStudy(
+            request.folder, {.quick = request.quick, .seed = request.seed, .sweeps = request.only}, progress);
+        WriteStabilityStudy(request.folder, study);
+        std::string text;
+        for (const StabilityEdge& e : study.edges)
+          text += e.found ? fmt::format("{}, {}: right at {:g}, wrong at {:g} ({})\n", e.axis, e.method,
+                                        e.inside, e.outside, e.response)
+                          : fmt::format("{}, {}: right up to {:g}\n", e.axis, e.method, e.inside);
+        return Judged{study.verdicts, text, request.folder / "stability.html"};
+      },
+      "sweep");
+}
+
 struct Study {
   std::string_view name, summary;
   int (*run)(int argc, char** argv);
@@ -155,6 +180,8 @@ constexpr std::array kStudies{
     Study{"tradeoff", "time against error of every way to render and to fit", RunTradeoffStudyCommand},
     Study{"ladder", "how much model scenes are given, what it saves and what it costs",
           RunLadderStudyCommand},
+    Study{"stability", "where each method of fitting breaks, and whether it says so",
+          RunStabilityStudyCommand},
     Study{"calibration", "how right the calibration is, on random rigs of the optical bench",
           RunCalibrationStudyCommand},
 };

@@ -11,7 +11,7 @@
 
 namespace dermap {
 
-double MedianOf(std::vector<double> values) {
+double MedianOrNaN(std::vector<double> values) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
@@ -43,7 +43,7 @@ ParameterVector NoiseBound(const ForwardModel& model, const ParameterMaps& truth
     for (int k = 0; k < kParameterCount; ++k) sigmas[k].push_back(std::sqrt(covariance(k, k)));
   }
   ParameterVector bound{};
-  for (int k = 0; k < kParameterCount; ++k) bound[k] = MedianOf(std::move(sigmas[k]));
+  for (int k = 0; k < kParameterCount; ++k) bound[k] = MedianOrNaN(std::move(sigmas[k]));
   return bound;
 }
 
@@ -55,7 +55,7 @@ ParameterVector MedianErrors(const ParameterMaps& found, const ParameterMaps& tr
     for (std::size_t i = 0; i < truth.planes[k].size(); ++i)
       if (use.empty() || use[i])
         differences.push_back(std::abs(double(found.planes[k].data()[i]) - truth.planes[k].data()[i]));
-    errors[k] = MedianOf(std::move(differences));
+    errors[k] = MedianOrNaN(std::move(differences));
   }
   return errors;
 }

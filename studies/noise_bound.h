@@ -24,6 +24,6 @@ ParameterVector MedianErrors(const ParameterMaps& found, const ParameterMaps& tr
 // A Gaussian's median of |error| over its standard deviation.
 inline constexpr double kMedianOverSigma = 0.6745;
 
-double MedianOf(std::vector<double> values);  // NaN of none
+double MedianOrNaN(std::vector<double> values);  // NaN of none
 
 }  // namespace dermap

@@ -32,7 +32,7 @@ std::map<std::pair<std::string, std::string>, double> YardstickSeconds(
   for (const TradeoffPoint& p : points)
     if (p.ratio > 0.0) seconds[{p.kind, p.scene}].push_back(p.seconds / p.ratio);
   std::map<std::pair<std::string, std::string>, double> medians;
-  for (auto& [key, values] : seconds) medians[key] = MedianOf(std::move(values));
+  for (auto& [key, values] : seconds) medians[key] = MedianOrNaN(std::move(values));
   return medians;
 }
 

@@ -271,7 +271,7 @@ TradeoffPoint TradeoffMeter::Fit(const FitSetting& setting, const std::string& s
     const int m = static_cast<int>(Parameter::kC_m);
     const std::span<const float> melanin = seen.truth_of_stack.planes[m].values();
     point.error_monte_carlo =
-        std::max(point.to_truth[m] / MedianOf({melanin.begin(), melanin.end()}), kMonteCarlo);
+        std::max(point.to_truth[m] / MedianOrNaN({melanin.begin(), melanin.end()}), kMonteCarlo);
     point.monte_carlo_bar = point.error_monte_carlo * 1.17 / std::sqrt(double(melanin.size()));
   }
   return point;

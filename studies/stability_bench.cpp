@@ -1,0 +1,196 @@
+// SPDX-License-Identifier: Apache-2.0
+// Truths from judges.
+#include "studies/stability_bench.h"
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+#include <thread>
+
+#include "common/core/parallel.h"
+#include "studies/judged_strip.h"
+#include "studies/study_scenes.h"
+#include "tests/reference/adding_doubling.h"
+#include "tests/reference/monte_carlo.h"
+
+namespace dermap {
+namespace {
+
+constexpr double kExactTolerance = 1e-5;
+constexpr int kJudgeNodes = 12;
+constexpr int kSkinsSide = 8;
+constexpr double kApart_mm = 50.0;
+constexpr double kEdgePixel_mm = 0.06, kBesideEdge_mm = 1.2;
+constexpr int kWindowSide = 24;
+constexpr double kWindowPixel_mm = 0.15;
+
+ReflectanceStack EmptyStack(const std::vector<Band>& bands, int width, int height, double pixel_mm,
+                            Illumination illumination) {
+  ReflectanceStack stack;
+  stack.bands = bands;
+  stack.reflectance.assign(bands.size(), PlaneF(width, height));
+  stack.sigma = stack.reflectance;
+  stack.pixel_size_mm = pixel_mm;
+  stack.illumination = illumination;
+  return stack;
+}
+
+reference::LayerStack LayersOf(const ParameterVector& p, const Absorbers& absorbers,
+                               const TissueConfig& tissue) {
+  return {tissue.n_outside,
+          {{.thickness_mm = tissue.epidermis_thickness_mm,
+            .mu_a = absorbers.MuAEpidermis(p),
+            .mu_s = ReducedScatteringEpidermis(absorbers.wavelength_nm, tissue),
+            .n = tissue.n_epidermis,
+            .absorber_below = tissue.junction_absorbance},
+           {.mu_a = absorbers.MuADermis(p),
+            .mu_s = ReducedScatteringDermis(absorbers.wavelength_nm, tissue),
+            .n = tissue.n_dermis}},
+          tissue.n_dermis};
+}
+
+// Skin across an edge, one value a pixel.
+std::vector<ParameterVector> EdgeSkin(double width_mm) {
+  const int pixels = 2 * static_cast<int>(std::ceil((kBesideEdge_mm + width_mm) / kEdgePixel_mm));
+  std::vector<ParameterVector> skin(pixels, AverageSkin());
+  for (int i = 0; i < pixels; ++i) {
+    const double x_mm = (i + 0.5 - 0.5 * pixels) * kEdgePixel_mm;
+    // An error function rises from 10 to 90 % over 2.563 standard deviations.
+    const double share = width_mm > 0.0 ? 0.5 * std::erfc(-x_mm / (width_mm / 2.563 * std::sqrt(2.0)))
+                                        : (x_mm > 0.0 ? 1.0 : 0.0);
+    skin[i][static_cast<int>(Parameter::kC_m)] = 0.05 + 0.25 * share;
+  }
+  return skin;
+}
+
+int Threads() {
+  return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
+}
+
+}  // namespace
+
+std::vector<Band> SpreadBands(int count) {
+  std::vector<Band> bands;
+  for (int b = 0; b < count; ++b)
+    bands.push_back({count > 1 ? std::round(450.0 + 200.0 * b / (count - 1)) : 560.0, 0.0});
+  return bands;
+}
+
+StabilityBench::StabilityBench(int size, std::uint64_t photons)
+    : size_(size), photons_(photons), chromophores_(ConfigDirectory() / "spectra") {}
+
+ForwardModel StabilityBench::ModelFor(const ReflectanceStack& stack, const TissueConfig& tissue) {
+  return {chromophores_,
+          *MakeProfileSource("exact"),
+          tissue,
+          stack.bands,
+          {*stack.pixel_size_mm, stack.illumination, stack.tape, stack.geometry},
+          {}};
+}
+
+const KnownStack& StabilityBench::Freckled(const std::vector<Band>& bands) {
+  KnownStack& known = freckled_[bands.size()];
+  if (!known.stack.bands.empty()) return known;
+  known.truth = StudySkin("medium", size_);
+  known.stack = EmptyStack(bands, size_, size_, kStudyPatch_mm / size_, Illumination::kWindow);
+  ForwardOptions exact;
+  exact.tolerance = kExactTolerance;
+  known.stack.reflectance = ModelFor(known.stack, {}).With(exact).Render(known.truth);
+  return known;
+}
+
+KnownStack StabilityBench::Skins(const ParameterVector& middle, const TissueConfig& tissue,
+                                 std::uint64_t seed) const {
+  KnownStack known;
+  known.truth = ParameterMaps(kSkinsSide, kSkinsSide, middle);
+  std::mt19937_64 generator(seed);
+  std::uniform_real_distribution<double> varied(0.8, 1.2);
+  for (PlaneF& plane : known.truth.planes)
+    for (float& value : plane.values()) value = static_cast<float>(value * varied(generator));
+  for (float& value : known.truth[Parameter::kBeta_m].values()) value = std::min(value, 1.0f);
+  known.stack = EmptyStack(StudyBands(), kSkinsSide, kSkinsSide, kApart_mm, Illumination::kUniform);
+  for (std::size_t b = 0; b < known.stack.bands.size(); ++b) {
+    const Absorbers absorbers = chromophores_.At(known.stack.bands[b].wavelength_nm, tissue);
+    PlaneF& plane = known.stack.reflectance[b];
+    ParallelFor(static_cast<int>(plane.size()), [&](int i) {
+      ParameterVector p;
+      for (int k = 0; k < kParameterCount; ++k) p[k] = known.truth.planes[k].data()[i];
+      plane.data()[i] = static_cast<float>(
+          reference::NormalIncidenceTotals(LayersOf(p, absorbers, tissue), kJudgeNodes).reflectance);
+    });
+  }
+  return known;
+}
+
+const KnownStack& StabilityBench::Edge(double width_mm) {
+  KnownStack& known = edges_[width_mm];
+  if (!known.stack.bands.empty()) return known;
+  const std::vector<ParameterVector> skin = EdgeSkin(width_mm);
+  const int width = static_cast<int>(skin.size());
+  known.truth = ParameterMaps(width, 1, AverageSkin());
+  for (int x = 0; x < width; ++x)
+    for (int k = 0; k < kParameterCount; ++k) known.truth.planes[k](x, 0) = static_cast<float>(skin[x][k]);
+  known.stack = EmptyStack(StudyBands(), width, 1, kEdgePixel_mm, Illumination::kUniform);
+  for (std::size_t b = 0; b < known.stack.bands.size(); ++b) {
+    const JudgedStrip judged = JudgeStrip({known.stack.bands[b].wavelength_nm, kEdgePixel_mm, skin},
+                                          chromophores_, photons_, 100 + b, Threads());
+    for (int x = 0; x < width; ++x) {
+      known.stack.reflectance[b](x, 0) = static_cast<float>(judged.reflectance[x]);
+      known.stack.sigma[b](x, 0) = static_cast<float>(judged.standard_error[x]);
+    }
+  }
+  return known;
+}
+
+const KnownStack& StabilityBench::Window() {
+  if (window_) return *window_;
+  KnownStack known;
+  known.truth = ParameterMaps(kWindowSide, kWindowSide, AverageSkin());
+  known.stack = EmptyStack(StudyBands(), kWindowSide, kWindowSide, kWindowPixel_mm, Illumination::kWindow);
+  known.stack.tape = Tape::kBlack;
+  for (std::size_t b = 0; b < known.stack.bands.size(); ++b) {
+    reference::MonteCarloScene scene;
+    scene.stack = LayersOf(AverageSkin(), chromophores_.At(known.stack.bands[b].wavelength_nm, {}), {});
+    scene.beam = reference::Beam::kWindow;
+    scene.width = scene.height = kWindowSide;
+    scene.pixel_size_mm = kWindowPixel_mm;
+    scene.black_tape = true;
+    const auto judged =
+        reference::RunMonteCarlo(scene, {.photons = photons_, .seed = 200 + b, .threads = Threads()});
+    const int last = kWindowSide - 1;
+    for (int y = 0; y < kWindowSide; ++y)
+      for (int x = 0; x < kWindowSide; ++x) {
+        double sum = 0.0, square = 0.0;
+        for (const auto& [u, v] : {std::pair{x, y},
+                                   {last - x, y},
+                                   {x, last - y},
+                                   {last - x, last - y},
+                                   {y, x},
+                                   {last - y, x},
+                                   {y, last - x},
+                                   {last - y, last - x}}) {
+          sum += judged.reflectance_image(u, v) / 8.0;
+          square += std::pow(judged.reflectance_image_error(u, v) / 8.0, 2);
+        }
+        known.stack.reflectance[b](x, y) = static_cast<float>(sum);
+        known.stack.sigma[b](x, y) = static_cast<float>(std::sqrt(square));
+      }
+  }
+  window_ = std::make_unique<KnownStack>(std::move(known));
+  return *window_;
+}
+
+void AddNoise(ReflectanceStack& stack, double relative, std::uint64_t seed) {
+  std::mt19937_64 generator(seed);
+  std::normal_distribution<double> normal;
+  for (std::size_t b = 0; b < stack.bands.size(); ++b)
+    for (std::size_t i = 0; i < stack.reflectance[b].size(); ++i) {
+      float& value = stack.reflectance[b].data()[i];
+      float& sigma = stack.sigma[b].data()[i];
+      const double noise = relative * std::abs(value);
+      sigma = static_cast<float>(std::hypot(sigma, noise));
+      value = static_cast<float>(value + noise * normal(generator));
+    }
+}
+
+}  // namespace dermap

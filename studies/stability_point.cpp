@@ -1,0 +1,171 @@
+// SPDX-License-Identifier: Apache-2.0
+// Fits counted.
+#include "studies/stability_point.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <nlohmann/json.hpp>
+
+#include "common/core/error.h"
+#include "fit/fit.h"
+#include "studies/noise_bound.h"
+
+namespace dermap {
+namespace {
+
+constexpr double kTwoSided95 = 1.959964;
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+// What the fits of one point add up to.
+struct Tally {
+  struct PerParameter {
+    std::vector<double> errors, unflagged_errors, sigmas, bounds;
+    double covered = 0.0;
+    bool free = true;
+  };
+  std::array<PerParameter, kParameterCount> parameters;
+  double pixels = 0.0, flagged = 0.0;
+};
+
+void Count(const StabilityCase& made, const FitResult& fit, Tally& tally) {
+  for (int k = 0; k < kParameterCount; ++k)
+    tally.parameters[k].free &=
+        std::count(fit.free_parameters.begin(), fit.free_parameters.end(), static_cast<Parameter>(k)) > 0;
+  for (std::size_t i = 0; i < fit.flags.size(); ++i) {
+    const std::uint32_t flags = fit.flags.data()[i];
+    if ((!made.judged.empty() && !made.judged[i]) || flags & kFlagSaturated) continue;
+    tally.pixels += 1.0;
+    tally.flagged += flags != 0;
+    for (int k = 0; k < kParameterCount; ++k) {
+      const double error = std::abs(double(fit.maps.planes[k].data()[i]) - made.truth.planes[k].data()[i]);
+      tally.parameters[k].errors.push_back(error);
+      if (flags != 0) continue;
+      const double sigma = fit.sigma.planes[k].data()[i];
+      tally.parameters[k].sigmas.push_back(sigma);
+      tally.parameters[k].unflagged_errors.push_back(error);
+      tally.parameters[k].covered += error <= kTwoSided95 * sigma;
+    }
+  }
+}
+
+// Decisions that warn, as far as the study can tell: those that name something wrong.
+std::string Warnings(const std::vector<std::string>& decisions) {
+  std::string said;
+  for (const std::string& decision : decisions)
+    for (const char* word : {"scatter", "too bright", "too dark", "hang on", "unexplained", "not converge"})
+      if (decision.find(word) != std::string::npos) {
+        said += (said.empty() ? "" : " ") + decision;
+        break;
+      }
+  return said;
+}
+
+void Conclude(const Tally& tally, StabilityPoint& point) {
+  point.flagged = tally.pixels > 0.0 ? tally.flagged / tally.pixels : kNaN;
+  for (int k = 0; k < kParameterCount; ++k) {
+    const Tally::PerParameter& from = tally.parameters[k];
+    ParameterStability& p = point.parameters[k];
+    p.free = from.free;
+    p.error = MedianOrNaN(from.errors);
+    p.bound = MedianOrNaN(from.bounds);
+    p.sigma = MedianOrNaN(from.sigmas);
+    p.unflagged_error = MedianOrNaN(from.unflagged_errors);
+    p.covered = from.sigmas.empty() ? kNaN : from.covered / static_cast<double>(from.sigmas.size());
+    if (p.free && (p.covered < kCovered || p.unflagged_error > kMedianError_sigma * p.sigma))
+      point.silently_wrong = true;
+  }
+}
+
+}  // namespace
+
+StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, StabilityBench& bench,
+                            int noises, std::uint64_t seed) {
+  StabilityPoint point{.sweep = sweep.name, .method = std::string(NameOf(method)), .value = value};
+  point.noises = noises;
+  Tally tally;
+  for (int n = 0; n < noises; ++n) {
+    StabilityCase made = sweep.make(value, seed + n);
+    const ParameterVector bound =
+        NoiseBound(bench.ModelFor(made.stack, made.tissue), made.truth, made.stack.sigma);
+    for (int k = 0; k < kParameterCount; ++k) tally.parameters[k].bounds.push_back(bound[k]);
+    made.options.method = method;
+    made.options.time_budget_s = 1e6;
+    made.options.size = std::max(made.stack.width(), made.stack.height());
+    try {
+      const FitResult fit = FitStack(made.stack, made.options, bench.chromophores());
+      Count(made, fit, tally);
+      point.converged &= fit.converged;
+      point.chi2 += fit.chi2 / noises;
+      point.seconds += fit.seconds;
+      point.said = Warnings(fit.decisions);
+    } catch (const InputError& error) {
+      point.refusal = error.what();
+    }
+  }
+  Conclude(tally, point);
+  return point;
+}
+
+void Relate(const StabilityPoint& harmless, StabilityPoint& point) {
+  double sum = 0.0;
+  for (int k = 0; k < kParameterCount; ++k) {
+    const ParameterStability& from = harmless.parameters[k];
+    const ParameterStability& p = point.parameters[k];
+    // A patch may be right by chance; half a sigma's median is what an honest fit may expect.
+    const double expected = std::max(from.error, 0.5 * kMedianOverSigma * from.sigma);
+    const double ratio = p.error / (expected * std::max(p.bound / from.bound, 1e-6));
+    sum += ratio * ratio / kParameterCount;
+  }
+  point.excess = std::sqrt(sum);
+}
+
+nlohmann::json ToJson(const StabilityPoint& point) {
+  nlohmann::json parameters;
+  for (int k = 0; k < kParameterCount; ++k) {
+    const ParameterStability& p = point.parameters[k];
+    parameters[std::string(kParameters[k].name)] = {
+        {"free", p.free},         {"error", p.error},
+        {"noise_bound", p.bound}, {"unflagged_error", p.unflagged_error},
+        {"sigma", p.sigma},       {"covered", p.covered}};
+  }
+  return {{"sweep", point.sweep},
+          {"method", point.method},
+          {"value", point.value},
+          {"noises", point.noises},
+          {"parameters", parameters},
+          {"flagged", point.flagged},
+          {"chi2", point.chi2},
+          {"converged", point.converged},
+          {"refusal", point.refusal},
+          {"said", point.said},
+          {"seconds", point.seconds},
+          {"excess", point.excess},
+          {"silently_wrong", point.silently_wrong}};
+}
+
+StabilityPoint StabilityPointFromJson(const nlohmann::json& json) {
+  const auto number = [](const nlohmann::json& at) { return at.is_number() ? at.get<double>() : kNaN; };
+  StabilityPoint point;
+  point.sweep = json.at("sweep");
+  point.method = json.at("method");
+  point.value = json.at("value");
+  point.noises = json.at("noises");
+  for (int k = 0; k < kParameterCount; ++k) {
+    const nlohmann::json& p = json.at("parameters").at(std::string(kParameters[k].name));
+    point.parameters[k] = {
+        p.at("free"),          number(p.at("error")),           number(p.at("noise_bound")),
+        number(p.at("sigma")), number(p.at("unflagged_error")), number(p.at("covered"))};
+  }
+  point.flagged = number(json.at("flagged"));
+  point.chi2 = number(json.at("chi2"));
+  point.converged = json.at("converged");
+  point.refusal = json.at("refusal");
+  point.said = json.at("said");
+  point.seconds = number(json.at("seconds"));
+  point.excess = number(json.at("excess"));
+  point.silently_wrong = json.at("silently_wrong");
+  return point;
+}
+
+}  // namespace dermap
