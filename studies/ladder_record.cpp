@@ -16,7 +16,7 @@ nlohmann::json LadderRecord(const LadderScene& scene) {
                       {"seconds", scene.seconds},
                       {"times_faster", scene.times_faster},
                       {"ratio_spread", scene.ratio_spread},
-                      {"faster_than_fixed", scene.faster_than_fixed},
+                      {"faster_than_reference", scene.faster_than_reference},
                       {"error", scene.error},
                       {"estimate", scene.estimate},
                       {"bands", nlohmann::json::array()}};
@@ -37,7 +37,7 @@ LadderScene LadderSceneFrom(const nlohmann::json& json) {
   scene.seconds = json.at("seconds");
   scene.times_faster = json.at("times_faster");
   scene.ratio_spread = json.at("ratio_spread");
-  scene.faster_than_fixed = json.at("faster_than_fixed");
+  scene.faster_than_reference = json.at("faster_than_reference");
   scene.error = json.at("error");
   scene.estimate = json.at("estimate");
   for (const nlohmann::json& entry : json.at("bands")) {

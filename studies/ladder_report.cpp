@@ -15,7 +15,7 @@
 namespace dermap {
 namespace {
 
-constexpr double kRow = 26, kTop = 108, kName = 270, kCell = 30, kPanel = 250, kGap = 36, kMargin = 18;  // px
+constexpr double kRow = 26, kTop = 112, kName = 270, kCell = 34, kPanel = 230, kGap = 44, kMargin = 18;  // px
 constexpr const char* kRungColours[] = {"#cfe8f7", "#8cc4e8", "#3f8fc7", "#0b4a7d"};
 constexpr const char* kRungInk[] = {"#1f2328", "#1f2328", "#ffffff", "#ffffff"};
 constexpr const char* kTimeColour = "#009e73";
@@ -67,22 +67,18 @@ std::string Cells(const LadderScene& scene, double y) {
 }
 
 std::string Row(const LadderScene& scene, double y, const Panel& time, const Panel& error) {
-  const double middle = y + 0.5 * kRow, zero = time.At(1.0);
-  const double whole = time.At(scene.times_faster), fixed = time.At(std::max(scene.faster_than_fixed, 1.0));
+  const double middle = y + 0.5 * kRow, from = time.At(1.0), to = time.At(std::max(scene.times_faster, 1.0));
   std::string svg = Text(kMargin, y + 17, scene.name) + Cells(scene, y);
   svg += fmt::format(
-      R"(<rect x="{0:.1f}" y="{1:.1f}" width="{2:.1f}" height="9" fill="{3}"><title>{4} times faster</title></rect>)"
-      R"(<line x1="{5:.1f}" x2="{5:.1f}" y1="{6:.1f}" y2="{7:.1f}" stroke="#1f2328" stroke-width="2"/>)",
-      zero, middle - 4.5, std::max(whole - zero, 1.0), kTimeColour, FormatValue(scene.times_faster), fixed,
-      middle - 8, middle + 8);
-  svg +=
-      Text(whole + 6, y + 17, fmt::format("{:.3g}", scene.times_faster), R"(font-size="11" fill="#1f2328")");
-  const double true_x = error.At(scene.error), estimate_x = error.At(scene.estimate);
+      R"(<rect x="{:.1f}" y="{:.1f}" width="{:.1f}" height="9" fill="{}"><title>{} s a render</title></rect>)",
+      from, middle - 4.5, std::max(to - from, 1.0), kTimeColour, FormatValue(scene.seconds));
+  svg += Text(to + 6, y + 17, fmt::format("{:.1f}", scene.times_faster), R"(font-size="11")");
   svg += fmt::format(
       R"(<line x1="{0:.1f}" x2="{1:.1f}" y1="{2:.1f}" y2="{2:.1f}" stroke="#a8adb3"/>)"
-      R"(<circle cx="{0:.1f}" cy="{2:.1f}" r="5" fill="{3}"><title>error {4:.2g}</title></circle>)"
-      R"(<circle cx="{1:.1f}" cy="{2:.1f}" r="4.5" fill="#ffffff" stroke="{5}" stroke-width="1.8"><title>estimate {6:.2g}</title></circle>)",
-      true_x, estimate_x, middle, kErrorColour, scene.error, kEstimateColour, scene.estimate);
+      R"(<circle cx="{1:.1f}" cy="{2:.1f}" r="4.5" fill="#ffffff" stroke="{5}" stroke-width="1.8"><title>estimate {6:.2g}</title></circle>)"
+      R"(<circle cx="{0:.1f}" cy="{2:.1f}" r="5" fill="{3}"><title>error {4:.2g}</title></circle>)",
+      error.At(scene.error), error.At(scene.estimate), middle, kErrorColour, scene.error, kEstimateColour,
+      scene.estimate);
   return svg;
 }
 
@@ -97,9 +93,9 @@ std::string RungLegend() {
 }
 
 std::string Heads(const LadderScene& first, const Panel& time, const Panel& error) {
-  std::string svg = Text(kName, 76, "what each band is given: path lengths of epidermis and dermis") +
-                    Text(time.left, 76, "times faster than the whole model (tick: than a fixed one)") +
-                    Text(error.left, 76, "error: true (dot), the engine's estimate (ring)");
+  std::string svg = Text(kName, 76, "path lengths, epidermis · dermis") +
+                    Text(time.left, 76, "times faster than the full model") +
+                    Text(error.left, 76, "error (dot) and the engine's estimate");
   double x = kName + 0.5 * (kCell - 2);
   for (const LadderBand& band : first.bands) {
     svg +=
@@ -123,8 +119,8 @@ std::string Draw(const LadderStudy& study, double tolerance) {
     most = std::max(most, scene.times_faster);
     least = std::min({least, scene.error, scene.estimate});
   }
-  const Panel time{std::max(kName + bands, kName + 400) + kGap, 0.0, std::log10(most) + 0.25};
-  const Panel error{time.left + kPanel + 2.4 * kGap, std::floor(std::log10(std::max(least, 1e-7))),
+  const Panel time{kName + bands + kGap, 0.0, std::log10(most) + 0.25};
+  const Panel error{time.left + kPanel + kGap, std::floor(std::log10(std::max(least, 1e-7))),
                     std::log10(tolerance) + 0.6};
   const double bottom = kTop + kRow * static_cast<double>(scenes.size());
   const double width = error.left + kPanel + 2 * kMargin, height = bottom + 48;
@@ -151,29 +147,29 @@ std::string Draw(const LadderStudy& study, double tolerance) {
 
 std::string Csv(const LadderStudy& study) {
   std::string text =
-      "# what the engine gave each band of a scene; error: rms over the mean to the whole model; "
-      "times_faster than "
-      "the whole model, faster_than_fixed than what the wildest scene is given\n"
+      "# what the engine gave each band of a scene; error: rms over the mean, to a render at a tolerance of "
+      "1e-5; "
+      "times_faster than the full model at the same tolerance, faster_than_reference than that render\n"
       "scene,tolerance,wavelength_nm,rung,epidermis_paths,dermis_paths,terms,margin_mm,estimate,error,"
-      "scene_seconds,times_faster,faster_than_fixed\n";
+      "scene_seconds,times_faster,faster_than_reference\n";
   for (const LadderScene& scene : study.scenes)
     for (const LadderBand& band : scene.bands)
       text += fmt::format("\"{}\",{:g},{:g},{},{},{},{},{:.3g},{:.4g},{:.4g},{:.4g},{:.4g},{:.4g}\n",
                           scene.name, scene.tolerance, band.wavelength_nm, RungName(band.choice.rung),
                           band.choice.epidermis_paths, band.choice.dermis_paths, band.choice.terms,
                           band.choice.margin_mm, band.choice.error, band.error, scene.seconds,
-                          scene.times_faster, scene.faster_than_fixed);
+                          scene.times_faster, scene.faster_than_reference);
   return text;
 }
 
 std::string Page(const LadderStudy& study) {
   std::vector<std::vector<std::string>> rows{
-      {"scene", "tolerance", "rungs", "time, s", "times faster", "than fixed", "error", "estimate"}};
+      {"scene", "tolerance", "rungs", "time, s", "times faster", "than the reference", "error", "estimate"}};
   std::vector<double> tolerances;
   for (const LadderScene& scene : study.scenes) {
     rows.push_back({EscapeHtml(scene.name), FormatValue(scene.tolerance), RungsInWords(scene),
                     FormatValue(scene.seconds), FormatValue(scene.times_faster),
-                    FormatValue(scene.faster_than_fixed), FormatValue(scene.error),
+                    FormatValue(scene.faster_than_reference), FormatValue(scene.error),
                     FormatValue(scene.estimate)});
     if (std::count(tolerances.begin(), tolerances.end(), scene.tolerance) == 0)
       tolerances.push_back(scene.tolerance);
@@ -183,12 +179,13 @@ std::string Page(const LadderStudy& study) {
   const std::string lead = fmt::format(
       "Scenes from uniform to wild. For each band the engine takes the lowest rung of the model that keeps "
       "the "
-      "tolerance. The bar is the time that this saves against the whole model, the tick against a fixed "
-      "model that "
-      "serves every scene at the same tolerance ({} path lengths, {} terms, {:.1f} mm beneath the tape). On "
+      "tolerance. Bars: how many times longer the full model takes at the same tolerance, that is what the "
+      "wildest "
+      "scene is given ({} path lengths, {} terms, {:.1f} mm beneath the tape at the default tolerance). On "
       "the right "
-      "the true error beside the engine's own estimate of it.",
-      study.fixed_paths, study.fixed_terms, study.fixed_margin_mm);
+      "the error that is left, beside the engine's own estimate of it, against a render at a tolerance of "
+      "1e-5.",
+      study.full_paths, study.full_terms, study.full_margin_mm);
   return StudyPage(
       "No more model than a scene needs",
       Section("ladder", "Rung by rung", lead, charts) +
@@ -203,10 +200,10 @@ nlohmann::json Json(const LadderStudy& study) {
                       {"seed", study.options.seed},
                       {"quick", study.options.quick},
                       {"size", study.size},
-                      {"fixed",
-                       {{"path_lengths", study.fixed_paths},
-                        {"terms", study.fixed_terms},
-                        {"margin_mm", study.fixed_margin_mm}}},
+                      {"full_model",
+                       {{"path_lengths", study.full_paths},
+                        {"terms", study.full_terms},
+                        {"margin_mm", study.full_margin_mm}}},
                       {"points", nlohmann::json::array()},
                       {"verdicts", VerdictsAsJson(study.verdicts)}};
   for (const LadderScene& scene : study.scenes) json["points"].push_back(LadderRecord(scene));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes up the ladder, each rendered as the engine chooses and by the whole model.
+// Scenes up the ladder, each rendered as the engine chooses and by the full model.
 #include "studies/ladder_study.h"
 
 #include <fmt/format.h>
@@ -18,9 +18,9 @@
 namespace dermap {
 namespace {
 
-// The whole model: every approximation far finer than any tolerance here.
-constexpr double kWholeTolerance = 1e-5, kWholeMargin_mm = 4.0;
-constexpr int kWholeTerms = 20;
+// The reference: every approximation far finer than any tolerance here.
+constexpr double kReferenceTolerance = 1e-5, kReferenceMargin_mm = 4.0;
+constexpr int kReferenceTerms = 20;
 // Estimates are not asked to be right below what single precision and the tables leave anyway.
 constexpr double kLeastError = 5e-5;
 
@@ -100,30 +100,43 @@ class Meter {
     return choices;
   }
 
-  LadderScene Measure(const Scene& scene, double tolerance, const ForwardOptions& fixed) const {
+  // As much of everything as any band of any of the scenes is given.
+  ForwardOptions FullModel(const std::vector<Scene>& scenes, double tolerance) const {
+    ForwardOptions full;
+    full.tolerance = tolerance;
+    full.path_lengths = 1;
+    full.terms = 1;
+    full.margin_mm = 0.0;
+    for (const Scene& scene : scenes)
+      for (const BandChoice& choice : Choices(scene, tolerance)) {
+        full.path_lengths = std::max({full.path_lengths, choice.epidermis_paths, choice.dermis_paths});
+        full.terms = std::max(full.terms, choice.terms);
+        full.margin_mm = std::max(full.margin_mm, choice.margin_mm);
+      }
+    return full;
+  }
+
+  LadderScene Measure(const Scene& scene, double tolerance, const ForwardOptions& full) const {
     LadderScene out;
     out.name = scene.name;
     out.tolerance = tolerance;
     const ParameterMaps maps = scene.maps(size_);
-    const ForwardModel chosen = Model(scene, tolerance);
-    ForwardOptions all = fixed;
-    all.tolerance = kWholeTolerance;
-    all.terms = kWholeTerms;
-    all.margin_mm = kWholeMargin_mm;
-    all.path_lengths = kAutomaticPaths;
-    ForwardOptions same = fixed;
-    same.tolerance = tolerance;
-    const ForwardModel whole = chosen.With(all), wildest = chosen.With(same);
+    const ForwardModel chosen = Model(scene, tolerance), always = chosen.With(full);
+    ForwardOptions finest;
+    finest.tolerance = kReferenceTolerance;
+    finest.terms = kReferenceTerms;
+    finest.margin_mm = kReferenceMargin_mm;
+    const ForwardModel reference = chosen.With(finest);
     std::vector<BandChoice> choices;
     std::vector<PlaneF> found, truth;
-    const PairedTime time = TimePaired([&] { found = chosen.Render(maps, {}, &choices); },
-                                       [&] { truth = whole.Render(maps); }, budget_s_);
-    const PairedTime unchosen =
-        TimePaired([&] { chosen.Render(maps); }, [&] { wildest.Render(maps); }, budget_s_);
-    out.times_faster = time.ratio;
-    out.ratio_spread = time.ratio_spread;
-    out.seconds = time.seconds / time.ratio;
-    out.faster_than_fixed = unchosen.ratio;
+    const PairedTime to_full = TimePaired([&] { found = chosen.Render(maps, {}, &choices); },
+                                          [&] { always.Render(maps); }, budget_s_);
+    const PairedTime to_reference =
+        TimePaired([&] { chosen.Render(maps); }, [&] { truth = reference.Render(maps); }, budget_s_);
+    out.times_faster = to_full.ratio;
+    out.ratio_spread = to_full.ratio_spread;
+    out.seconds = to_full.seconds / to_full.ratio;
+    out.faster_than_reference = to_reference.ratio;
     for (std::size_t b = 0; b < found.size(); ++b) {
       out.bands.push_back(
           {chosen.optics()[b].band.wavelength_nm, choices[b], RelativeRms(found[b], truth[b])});
@@ -166,29 +179,18 @@ LadderStudy RunLadderStudy(const std::filesystem::path& folder, const LadderOpti
       options.quick ? std::vector<double>{1e-3} : std::vector<double>{1e-3, 3e-3, 1e-2};
   std::vector<Scene> scenes = Scenes(options.seed);
   if (options.quick) std::erase_if(scenes, [](const Scene& scene) { return !scene.quick; });
-  std::map<double, ForwardOptions> fixed;
-  for (const double tolerance : tolerances) {
-    ForwardOptions& wildest = fixed[tolerance];
-    wildest.path_lengths = 1;
-    wildest.terms = 1;
-    wildest.margin_mm = 0.0;
-    for (const Scene& scene : scenes)
-      for (const BandChoice& choice : meter.Choices(scene, tolerance)) {
-        wildest.path_lengths = std::max({wildest.path_lengths, choice.epidermis_paths, choice.dermis_paths});
-        wildest.terms = std::max(wildest.terms, choice.terms);
-        wildest.margin_mm = std::max(wildest.margin_mm, choice.margin_mm);
-      }
-  }
-  const ForwardOptions& shipped = fixed.at(ForwardOptions{}.tolerance);
-  study.fixed_paths = shipped.path_lengths;
-  study.fixed_terms = shipped.terms;
-  study.fixed_margin_mm = shipped.margin_mm;
+  std::map<double, ForwardOptions> full;
+  for (const double tolerance : tolerances) full[tolerance] = meter.FullModel(scenes, tolerance);
+  const ForwardOptions& shipped = full.at(ForwardOptions{}.tolerance);
+  study.full_paths = shipped.path_lengths;
+  study.full_terms = shipped.terms;
+  study.full_margin_mm = shipped.margin_mm;
 
   std::vector<PlannedPoint> plan;
   for (const double tolerance : tolerances)
     for (const Scene& scene : scenes)
       plan.push_back({fmt::format("{}, tolerance {:g}", scene.name, tolerance), 1.0, [&, tolerance] {
-                        return LadderRecord(meter.Measure(scene, tolerance, fixed.at(tolerance)));
+                        return LadderRecord(meter.Measure(scene, tolerance, full.at(tolerance)));
                       }});
   const nlohmann::json settings{{"study", "ladder"},
                                 {"quick", options.quick},

@@ -33,10 +33,13 @@ PairedTime TimePaired(const std::function<void()>& yardstick, const std::functio
     ratios.push_back(second / std::max(first, 1e-9));
     used += first + second;
   };
-  yardstick();
-  const double warm_up = SecondsOf(run);
-  if (warm_up > kSlow_s) pair(SecondsOf(yardstick), warm_up);
-  const std::size_t fewest = warm_up > kVerySlow_s ? 2 : 3;
+  std::size_t fewest = 1;
+  if (budget_s > 0.0) {
+    yardstick();
+    const double warm_up = SecondsOf(run);
+    if (warm_up > kSlow_s) pair(SecondsOf(yardstick), warm_up);
+    fewest = warm_up > kVerySlow_s ? 2 : 3;
+  }
   while (ratios.size() < fewest || (used < budget_s && ratios.size() < kMost)) {
     const double first = SecondsOf(yardstick);
     pair(first, SecondsOf(run));

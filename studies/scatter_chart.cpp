@@ -37,7 +37,10 @@ struct Axis {
     from = from_px;
     to = to_px;
   }
-  double Pixel(double v) const { return from + (std::log10(v) - low) / (high - low) * (to - from); }
+  // Of what lies beyond the axis: its end.
+  double Pixel(double v) const {
+    return from + std::clamp((std::log10(v) - low) / (high - low), 0.0, 1.0) * (to - from);
+  }
   std::vector<double> Ticks() const {
     std::vector<double> ticks;
     const bool fine = high - low < 2.2;
@@ -191,7 +194,7 @@ constexpr const char* kStyle = R"css(
 .sheet .lead { stroke: #a8adb3; stroke-width: 0.7; } .sheet .level { stroke: #5b626b; stroke-dasharray: 2 4; }
 .sheet .front { stroke: #1f2328; stroke-width: 1.6; fill: none; stroke-dasharray: 5 3; opacity: 0.75; }
 .sheet text { fill: #5b626b; } .sheet .label, .sheet .legend { fill: #1f2328; font-size: 12.5px; }
-.sheet .name { fill: #1f2328; font-size: 11px; } .sheet .bold { font-weight: bold; }
+.sheet .name { fill: #1f2328; font-size: 11px; stroke: #ffffff; stroke-width: 3.5px; paint-order: stroke; } .sheet .bold { font-weight: bold; }
 .sheet .title { fill: #1f2328; font-size: 15px; font-weight: bold; }
 .sheet .mid { text-anchor: middle; } .sheet .end { text-anchor: end; }
 )css";

@@ -27,9 +27,10 @@ constexpr Wording kWordings[] = {
     {"render", "Monte Carlo", "Renders against Monte Carlo",
      "error of the render, %, rms, Monte Carlo's noise out", 100.0, " %", 0.0, ""},
     {"fit", "truth", "Fits of simulated patches against their truth",
-     "error of the maps over that of single pixels", 1.0, "", 1.0, "what noise leaves a pixel by itself"},
+     "error of the maps / what noise leaves a pixel by itself", 1.0, " of the noise's", 1.0,
+     "what noise leaves a pixel by itself"},
     {"fit", "reference fit", "Fits against the reference fit",
-     "distance of the maps over the error of single pixels", 1.0, "", 1.0,
+     "distance of the maps / what noise leaves a pixel by itself", 1.0, " of the noise's", 1.0,
      "what noise leaves a pixel by itself"},
     {"fit", "Monte Carlo", "Fits of the patch that Monte Carlo lit", "error of melanin, %, median", 100.0,
      " %", 0.0, ""}};
