@@ -83,7 +83,7 @@ std::string Row(const LadderScene& scene, double y, const Panel& time, const Pan
 }
 
 std::string RungLegend() {
-  constexpr const char* kWords[] = {"no transport", "one kernel", "two path lengths", "more: the full model"};
+  constexpr const char* kWords[] = {"no transport", "one kernel", "two path lengths", "three or more"};
   std::string svg;
   double x = kName;
   for (std::size_t i = 0; i < 4; ++i, x += 150)

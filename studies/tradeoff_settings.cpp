@@ -123,9 +123,8 @@ void AddFast(FitList& list, int size, bool quick) {
       s.is_default = divisor == 1 && tolerance == 0.0;
     }
   if (!quick) {
-    for (const int paths : {1, 2, 4})
-      list.Add(kFast, size, fmt::format("{} path length{}", paths, paths > 1 ? "s" : ""), 1.0)
-          .options.forward.path_lengths = paths;
+    for (const int paths : {4, 6})
+      list.Add(kFast, size, fmt::format("{} path lengths", paths), 1.0).options.forward.path_lengths = paths;
     list.Add(kFast, size, "1 term", 1.0).options.forward.terms = 1;
     list.Add(kFastOther, size, "exit alone", 1.0).options.forward.coupling = Coupling::kGather;
     list.AddEngine(kFastOther, "exact", size / 4, Engine::kPyramid, 1.0);
@@ -204,7 +203,7 @@ std::vector<FitSetting> FitSettings(int size, bool quick) {
 
 std::vector<std::string> FitScenes(bool quick) {
   if (quick) return {"light", "monte_carlo_skin"};
-  return {"light_freckles", "medium_vein", "dark", "step", "monte_carlo_skin"};
+  return {"light_freckles", "dark", "monte_carlo_skin", "medium_vein"};
 }
 
 FitOptions ReferenceFit(int size) {

@@ -15,7 +15,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kRenderSize = 256, kFitSize = 128, kQuickRenderSize = 64, kQuickFitSize = 32;
+constexpr int kRenderSize = 256, kFitSize = 64, kQuickRenderSize = 64, kQuickFitSize = 32;
 constexpr double kFitCost = 8.0;  // a fit by default over a render by default
 constexpr double kSecondsAPoint = 0.5;
 
