@@ -27,6 +27,19 @@ double GuessedScatter(std::span<const double> scatter, int octave) {
   return 1.0 + excess * std::clamp(excess / std::max(scatter[octave - 2] - 1.0, 1e-3), 1.0, 4.0);
 }
 
+// The mean of a patch is known so well that errors of calibration and optics, which all pixels share and
+// finer octaves do not show, may far exceed its noise. Where they do, the guess is dropped; what stays is a
+// variance from a handful of data, whose own uncertainty (Student's t) widens it by n / (n - 2).
+double UnforeseenScatter(const DetailStatistics& mean, std::span<const double> scatter, int octave) {
+  constexpr double kUnforeseen = 4.0;  // times the guess: chance does that to three data once in 150 times
+  const double count = mean.residual_count;
+  if (count < 0.5) return 0.0;
+  const double found = mean.residual_squares / count;
+  return found > kUnforeseen * GuessedScatter(scatter, octave)
+             ? found * count / std::max(count - 2.0, 1.0 / 3.0 * count)
+             : 0.0;
+}
+
 }  // namespace
 
 DetailModel FirstDetailModel(int octaves, BlurTable blur) {
@@ -62,10 +75,12 @@ void Update(std::span<const DetailStatistics> statistics, int count, DetailView 
                                          (std::max(octave.determined[j], 0.0) + weight),
                                      kSmallestVariance, kLargestVariance);
   }
-  for (int l = 0; l <= top; ++l)
-    model.scatter[l] =
-        std::max(1.0, (statistics[l].residual_squares + kScatterData * GuessedScatter(model.scatter, l)) /
-                          (statistics[l].residual_count + kScatterData));
+  for (int l = 0; l <= top; ++l) {
+    const double guess = GuessedScatter(model.scatter, l);
+    model.scatter[l] = std::max(1.0, (statistics[l].residual_squares + kScatterData * guess) /
+                                         (statistics[l].residual_count + kScatterData));
+  }
+  model.scatter[top] = std::max(model.scatter[top], UnforeseenScatter(statistics[top], model.scatter, top));
 }
 
 }  // namespace dermap

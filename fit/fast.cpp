@@ -21,6 +21,7 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
+constexpr double kMuchScatter = 4.0;       // of residuals over noise, variances
 constexpr int kMostSuspicions = 3;         // corrections of a band's gain, each a smaller one
 
 // Halved, rounding up, as the octaves are.
@@ -231,6 +232,7 @@ class CoarseToFine {
     log_.renders_before += problem.renders();
     if (!finest) return;
     outcome_.variance = all_detail_ ? VarianceOfAll(data, model, first) : std::move(last.variance);
+    outcome_.noise_variance = VarianceOfNoise(problem, first);
     outcome_.adapted_parameters = last.adapted_parameters;
     for (std::size_t l = 0; l < last.statistics.size(); ++l) {
       FreeVector& spread = outcome_.spread.emplace_back(FreeVector{});
@@ -239,6 +241,17 @@ class CoarseToFine {
         spread[j] = std::sqrt(detail.prior[l][j] * std::clamp(undecided, 1e-6, 1.0));
       }
     }
+  }
+
+  // What noise alone would leave, where residuals scatter much farther than it.
+  std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, int first) {
+    const std::vector<double>& scatter = outcome_.detail.scatter;
+    if (*std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter) return {};
+    DetailModel quiet = outcome_.detail;
+    std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
+    return SolveInOctaves(problem, LineariseInOctaves(problem, outcome_.state), ViewFrom(quiet, first),
+                          outcome_.fixed)
+        .variance;
   }
 
   // Variances of what is free where nothing is held fixed: with too few bands the value of what is fixed is

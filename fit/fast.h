@@ -27,9 +27,10 @@ struct FastOutcome {
   std::optional<SuspectBand> suspect;  // its data were divided by 1 + gain_error
   std::vector<Candidate> candidates;   // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
-  std::vector<FreeVector> spread;   // [octave][free parameter], standard deviations, scaled units
-  std::vector<PlaneF> variance;     // of each free parameter, scaled units
-  double adapted_parameters = 0.0;  // degrees of freedom of the fitted model
+  std::vector<FreeVector> spread;      // [octave][free parameter], standard deviations, scaled units
+  std::vector<PlaneF> variance;        // of each free parameter, scaled units
+  std::vector<PlaneF> noise_variance;  // the same by noise alone; empty where residuals scatter as noise does
+  double adapted_parameters = 0.0;     // degrees of freedom of the fitted model
 };
 
 // `data` at the size wanted; the coarser sizes are made from it. A size costs as many renders as it takes

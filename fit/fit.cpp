@@ -14,6 +14,7 @@
 #include "fit/ceres_reference.h"
 #include "fit/descent.h"
 #include "fit/fast.h"
+#include "fit/local_scatter.h"
 #include "fit/local_start.h"
 #include "fit/prepare.h"
 #include "fit/resample.h"
@@ -33,7 +34,9 @@ struct Outcome {
   FitState state;
   bool converged = false;
   std::optional<double> adapted_parameters;  // where it was measured
-  std::vector<PlaneF> variance;  // of each free parameter, scaled units; empty: from single pixels
+  std::vector<PlaneF> variance;        // of each free parameter, scaled units; empty: from single pixels
+  std::vector<PlaneF> noise_variance;  // the same by noise alone, where that is much less
+  double scatter = 1.0;                // of residuals over noise that `variance` holds already
   std::vector<Candidate> candidates;
 };
 
@@ -88,7 +91,11 @@ Outcome RunDescent(const FitData& data, const ForwardModel& model, const std::ve
       "Degrees of freedom: data less %.1f parameters a fitted pixel, the share of %d that simulated fits "
       "adapted to.",
       descent.state.misfit.adapted_share * problem.space().count(), problem.space().count()));
-  return {problem.space().free(), std::move(descent.state), descent.converged, std::nullopt, {}, {}};
+  Outcome outcome;
+  outcome.free = problem.space().free();
+  outcome.state = std::move(descent.state);
+  outcome.converged = descent.converged;
+  return outcome;
 }
 
 void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
@@ -108,6 +115,19 @@ void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
         "off.");
 }
 
+Outcome OutcomeOf(FastOutcome fast) {
+  Outcome outcome;
+  outcome.free = std::move(fast.free);
+  outcome.state = std::move(fast.state);
+  outcome.converged = fast.converged;
+  outcome.adapted_parameters = fast.adapted_parameters;
+  outcome.variance = std::move(fast.variance);
+  outcome.noise_variance = std::move(fast.noise_variance);
+  outcome.scatter = fast.detail.scatter[0];
+  outcome.candidates = std::move(fast.candidates);
+  return outcome;
+}
+
 Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                 const FitOptions& options, RunLog& log) {
   FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
@@ -124,8 +144,7 @@ Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make
     log.Decide(
         Format("Residuals scatter %.2f times as far as the stated noise; sigma was widened by as much.",
                std::sqrt(fast.detail.scatter[0])));
-  return {std::move(fast.free),    std::move(fast.state),    fast.converged,
-          fast.adapted_parameters, std::move(fast.variance), std::move(fast.candidates)};
+  return OutcomeOf(std::move(fast));
 }
 
 // The reference takes over what the fast fit found to be free, and how much detail there is. On small patches
@@ -147,15 +166,13 @@ Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker&
   log.Decide(Format("%s ended at an objective of %.1f after %d evaluations; the fast fit's maps have %.1f.",
                     dense ? "Levenberg-Marquardt with the dense Jacobian" : "L-BFGS with the adjoint",
                     reference.objective, reference.evaluations, objective));
-  FitState state = problem.StateOf(std::move(reference.maps));
+  Outcome outcome = OutcomeOf(std::move(fast));
+  outcome.state = problem.StateOf(std::move(reference.maps));
+  outcome.converged = reference.converged;
+  if (dense) outcome.variance = std::move(reference.variance);
   log.renders_before += problem.renders() + reference.evaluations;
-  log.Add(state.misfit, problem.space().count(), 0);
-  return {std::move(fast.free),
-          std::move(state),
-          reference.converged,
-          fast.adapted_parameters,
-          dense ? std::move(reference.variance) : std::move(fast.variance),
-          std::move(fast.candidates)};
+  log.Add(outcome.state.misfit, problem.space().count(), 0);
+  return outcome;
 }
 
 void FillMisfit(const Outcome& outcome, FitResult& result) {
@@ -175,6 +192,12 @@ void FillMisfit(const Outcome& outcome, FitResult& result) {
   for (std::size_t i = 0; i < result.chi2_map.size(); ++i)
     result.chi2_map.data()[i] =
         static_cast<float>(misfit.chi2_map.data()[i] * per_dof / static_cast<double>(result.bands.size()));
+}
+
+// chi2 a datum where residuals are as everywhere.
+double ExpectedScatter(const Outcome& outcome, const FitResult& result) {
+  return outcome.scatter * result.degrees_of_freedom /
+         static_cast<double>(std::max<std::size_t>(result.data_count, 1));
 }
 
 // The largest tolerance and the smallest that a tenth of the noise is taken for.
@@ -217,13 +240,15 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   result.free_parameters = problem.space().free();
   result.sigma = outcome.variance.empty() ? StandardDeviations(problem, outcome.state)
                                           : SigmaMaps(problem, outcome.variance);
+  result.history = std::move(log.history);
+  FillMisfit(outcome, result);
+  WidenByLocalScatter(problem, outcome.state.misfit, ExpectedScatter(outcome, result), result.sigma);
   result.flags = FlagsOf(problem, outcome.state, result.sigma);
+  FlagUnexplained(problem, outcome.noise_variance, result.sigma, result.flags);
   result.candidates = std::move(outcome.candidates);
   result.measured = data.measured;
   result.noise = data.sigma;
   result.residual = Residual(data, outcome.state.predicted);
-  result.history = std::move(log.history);
-  FillMisfit(outcome, result);
   result.tolerance = problem.model().options().tolerance;
   if (problem.model().options().engine == Engine::kLowRank)
     problem.model().Render(outcome.state.maps, {}, &result.forward);

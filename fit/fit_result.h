@@ -22,6 +22,7 @@ enum FitFlag : std::uint32_t {
   kFlagNotConverged = 4,      // the pixel's own residual is far above its noise
   kFlagNotIdentifiable = 8,   // sigma of a free parameter exceeds half of its range
   kFlagOutsideValidity = 16,  // reflectance outside what the model can produce
+  kFlagUnexplained = 32,  // residuals widened a sigma to kUnexplainedWidening times what noise alone leaves
 };
 
 struct FitIteration {

@@ -53,10 +53,14 @@ std::vector<PlaneF> Residual(const FitData& data, const std::vector<PlaneF>& pre
 }
 
 LogResidual LogResidualOf(double measured, double sigma, double predicted) noexcept {
-  constexpr double kDarkest = 1e-7;
-  const double value = std::max({measured, sigma, kDarkest});
-  const double weight = value / sigma;
-  return {std::log(value / std::max(predicted, kDarkest)) * weight, weight};
+  constexpr double kDarkest = 1e-7, kNear = 0.2, kNear_sigma = 4.0;
+  const double near = std::max(kNear, kNear_sigma * sigma / std::max(measured, sigma));
+  const double p = std::max(predicted, kDarkest), ratio = measured / p;
+  if (std::abs(ratio - 1.0) <= near) return {(measured - p) / sigma, p / sigma};
+  const double edge = ratio > 1.0 ? 1.0 + near : 1.0 - near;  // ratio where the logarithm begins
+  if (edge <= 0.0) return {(measured - p) / sigma, p / sigma};
+  const double weight = std::max(measured, sigma) / sigma;
+  return {weight * ((edge - 1.0) / edge + std::log(std::max(ratio, kDarkest) / edge)), weight};
 }
 
 }  // namespace dermap

@@ -36,14 +36,16 @@ Misfit Evaluate(const FitData& data, const std::vector<PlaneF>& predicted);
 // measured - predicted; NaN where missing.
 std::vector<PlaneF> Residual(const FitData& data, const std::vector<PlaneF>& predicted);
 
-// One datum in logarithms, divided by its noise: (ln measured - ln predicted) / (sigma / measured).
-// Reflectance is close to an exponential of absorption, so Gauss-Newton steps reach further in this form;
-// near the solution both agree.
+// One datum: how many standard deviations it lies above what is predicted, and by how many less for each unit
+// that the logarithm of the prediction rises. Reflectance is close to an exponential of absorption, so
+// Gauss-Newton steps in its logarithm reach further.
 struct LogResidual {
   double residual;
-  double weight;  // 1 / noise of the logarithm
+  double weight;
 };
-// Below one standard deviation `measured` counts as one: the logarithm of noise says nothing.
+// (measured - predicted) / sigma where both are within four sigma or a fifth of each other: the logarithm of a
+// noisy datum would be biased by half its relative variance, and of a patch's mean that is many sigma. Beyond,
+// it goes on as the logarithm, with the same slope.
 LogResidual LogResidualOf(double measured, double sigma, double predicted) noexcept;
 
 }  // namespace dermap

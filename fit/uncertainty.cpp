@@ -94,6 +94,19 @@ ParameterMaps SigmaMaps(const PatchProblem& problem, const std::vector<PlaneF>& 
   return sigma;
 }
 
+void FlagUnexplained(const PatchProblem& problem, const std::vector<PlaneF>& noise_variance,
+                     const ParameterMaps& sigma, Plane<std::uint32_t>& flags) {
+  const ParameterSpace& space = problem.space();
+  for (std::size_t j = 0; j < noise_variance.size(); ++j) {
+    const PlaneF& widened = sigma.Unknown(space.parameter(static_cast<int>(j)));
+    const double scale = space.scale(static_cast<int>(j));
+    for (std::size_t i = 0; i < flags.size(); ++i)
+      if (problem.data().fitted.data()[i] &&
+          widened.data()[i] > kUnexplainedWidening * scale * std::sqrt(noise_variance[j].data()[i]))
+        flags.data()[i] |= kFlagUnexplained;
+  }
+}
+
 Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state, const ParameterMaps& sigma) {
   const FitData& data = problem.data();
   std::vector<ReflectanceRange> ranges;

@@ -18,6 +18,14 @@ ParameterMaps StandardDeviations(const PatchProblem& problem, const FitState& st
 // The same of a fit that knows its variances (of the free parameters, scaled units).
 ParameterMaps SigmaMaps(const PatchProblem& problem, const std::vector<PlaneF>& variance);
 
+// A sigma that is so many times what noise alone would leave: the model does not explain the data, and how
+// far it is off is a guess.
+inline constexpr double kUnexplainedWidening = 4.0;
+// Sets kFlagUnexplained. `noise_variance`: of each free parameter by noise alone, scaled units; empty: not
+// known, and nothing is flagged.
+void FlagUnexplained(const PatchProblem& problem, const std::vector<PlaneF>& noise_variance,
+                     const ParameterMaps& sigma, Plane<std::uint32_t>& flags);
+
 // Sets kFlagAtBound, kFlagNotConverged, kFlagNotIdentifiable (sigma is above half of what the range alone
 // says, range / sqrt(12)) and kFlagOutsideValidity beside the flags that the data brought.
 Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state, const ParameterMaps& sigma);

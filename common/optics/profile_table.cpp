@@ -147,6 +147,19 @@ BandTables::TotalDerivatives BandTables::TotalReflectanceDerivatives(
           .d_junction_absorbance = -2.0 * first * through * series};
 }
 
+BandTables::TotalDerivatives BandTables::CorrectedDerivatives(double mu_a_epidermis, double mu_a_dermis,
+                                                              double junction_absorbance) const noexcept {
+  const TotalDerivatives t = TotalReflectanceDerivatives(mu_a_epidermis, mu_a_dermis, junction_absorbance);
+  const TotalsCorrection::Ratio ratio = correction.At(mu_a_epidermis, mu_a_dermis, junction_absorbance);
+  const auto product = [&](double of_table, double of_ratio) {
+    return ratio.value * of_table + of_ratio * t.reflectance;
+  };
+  return {.reflectance = ratio.value * t.reflectance,
+          .d_mu_a_epidermis = product(t.d_mu_a_epidermis, ratio.d_mu_a_epidermis),
+          .d_mu_a_dermis = product(t.d_mu_a_dermis, ratio.d_mu_a_dermis),
+          .d_junction_absorbance = product(t.d_junction_absorbance, ratio.d_junction_absorbance)};
+}
+
 namespace {
 
 enum Response {
@@ -250,7 +263,8 @@ BandTables TablesFrom(const ProfileSource& source, double wavelength_nm, const T
           .t1_backward = Column(entries, kT1Backward),
           .r1_backward_black = Column(entries, kR1BackwardBlack),
           .r2_diffuse = Column(entries, kR2Diffuse),
-          .r2_normal = Column(entries, kR2Normal)};
+          .r2_normal = Column(entries, kR2Normal),
+          .correction = {}};
 }
 
 // A costly source is asked at few absorptions, and what comes of it is kept.
@@ -262,6 +276,7 @@ BandTables TablesFromCostly(const ProfileSource& source, double wavelength_nm, c
                               DermisOpticsOf(config, wavelength_nm, 0.0), TableFrequencies_per_mm(),
                               kTableMinMuA, kTableMaxMuA);
   BandTables tables = TablesFrom(sampled, wavelength_nm, config);
+  tables.correction = FitTotalsCorrection(tables, config);
   cache.Store(recipe, tables);
   return tables;
 }

@@ -11,6 +11,7 @@
 
 #include "common/optics/path_kernels.h"
 #include "common/optics/profile_source.h"
+#include "common/optics/totals_correction.h"
 #include "common/tissue/tissue.h"
 
 namespace dermap {
@@ -78,6 +79,7 @@ struct BandTables {
   ProfileTable r1_backward, t1_backward;
   ProfileTable r1_backward_black;  // under black tape
   ProfileTable r2_diffuse, r2_normal;
+  TotalsCorrection correction{};  // of costly sources: tables of single layers against both layers at once
 
   // Two-layer total for uniform skin and wide light:
   // R1+ + (Tb R2n + Td R2d) A^2 T1- / (1 - A^2 R1- R2d), A = exp(-P); with Tb = 0 the sum of [D08 eq. 7].
@@ -88,6 +90,9 @@ struct BandTables {
   };
   TotalDerivatives TotalReflectanceDerivatives(double mu_a_epidermis, double mu_a_dermis,
                                                double junction_absorbance) const noexcept;
+  // The same times the correction.
+  TotalDerivatives CorrectedDerivatives(double mu_a_epidermis, double mu_a_dermis,
+                                        double junction_absorbance) const noexcept;
 };
 
 // Asks `source` for every response at every mu_a of the table, in parallel. A response whose total is

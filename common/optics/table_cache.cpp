@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// One file a band: magic, version, length of the recipe, recipe, weights and transforms as float32,
-// SHA-256 of all before.
+// One file a band: magic, version, length of the recipe, recipe, correction as float64, weights and
+// transforms as float32, SHA-256 of all before.
 #include "common/optics/table_cache.h"
 
 #include <openssl/evp.h>
@@ -21,7 +21,7 @@ namespace {
 
 constexpr std::string_view kMagic = "dermap-tables\n";
 // To be raised whenever the optics, the frequencies or the fit of Gaussians change what a recipe leads to.
-constexpr std::uint32_t kVersion = 3;
+constexpr std::uint32_t kVersion = 4;
 constexpr std::size_t kDigestSize = 32;
 constexpr std::array kTables{&BandTables::r1_forward,   &BandTables::t1_forward,
                              &BandTables::t1_ballistic, &BandTables::r1_backward,
@@ -56,6 +56,7 @@ std::string Header(const std::string& recipe) {
 std::string Serialized(const std::string& recipe, const BandTables& tables) {
   std::string bytes = Header(recipe);
   AppendRaw(bytes, tables.wavelength_nm);
+  AppendRaw(bytes, tables.correction.coefficients);
   for (const auto table : kTables) {
     for (const GaussianWeights& entry : (tables.*table).entries()) AppendRaw(bytes, entry);
     for (const float value : (tables.*table).transforms().values()) AppendRaw(bytes, value);
@@ -70,7 +71,8 @@ std::optional<BandTables> Parsed(std::string_view bytes, const std::string& reci
   // Every table but the ballistic one, which does not spread, has its transforms.
   const std::size_t transform_values =
       recipe.starts_with(kTotalsOnly) ? 0 : TableFrequencies_per_mm().size() * kTableSize;
-  const std::size_t body = sizeof(double) + kTables.size() * kTableSize * sizeof(GaussianWeights) +
+  const std::size_t body = sizeof(double) + sizeof(TotalsCorrection::coefficients) +
+                           kTables.size() * kTableSize * sizeof(GaussianWeights) +
                            (kTables.size() - 1) * transform_values * sizeof(float);
   if (bytes.size() != header.size() + body + kDigestSize || !bytes.starts_with(header)) return std::nullopt;
   if (Sha256(bytes.substr(0, header.size() + body)) != bytes.substr(header.size() + body))
@@ -79,6 +81,8 @@ std::optional<BandTables> Parsed(std::string_view bytes, const std::string& reci
   BandTables tables;
   std::memcpy(&tables.wavelength_nm, at, sizeof(double));
   at += sizeof(double);
+  std::memcpy(&tables.correction.coefficients, at, sizeof(TotalsCorrection::coefficients));
+  at += sizeof(TotalsCorrection::coefficients);
   for (const auto table : kTables) {
     std::vector<GaussianWeights> entries(kTableSize);
     std::memcpy(entries.data(), at, kTableSize * sizeof(GaussianWeights));

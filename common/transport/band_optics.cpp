@@ -95,6 +95,7 @@ BandTables BuildBandTotals(const ProfileSource& source, double wavelength_nm, co
   const std::string recipe = TableCache::TotalsRecipe(source.Name(), wavelength_nm, tissue);
   if (auto kept = cache.Load(recipe)) return *std::move(kept);
   BandTables tables = AskForTotals(source, wavelength_nm, tissue);
+  tables.correction = FitTotalsCorrection(tables, tissue);
   cache.Store(recipe, tables);
   return tables;
 }

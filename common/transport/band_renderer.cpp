@@ -169,7 +169,14 @@ PlaneF BandRenderer::Render(const BandOptics& band, const std::vector<LocalTotal
   for (std::size_t node = 0; node < band.nodes.size(); ++node) {
     RenderNode(band, static_cast<int>(node), totals[node], maps, light, node_reflectance_);
     const float weight = static_cast<float>(band.nodes[node].weight);
-    for (std::size_t i = 0; i < out.size(); ++i) out.data()[i] += weight * node_reflectance_.data()[i];
+    const TotalsCorrection& correction = band.nodes[node].tables.correction;
+    for (std::size_t i = 0; i < out.size(); ++i) {
+      const double ratio =
+          correction
+              .At(mu_a_epidermis_.data()[i], mu_a_dermis_.data()[i], -std::log(transmittance_.data()[i]))
+              .value;
+      out.data()[i] += weight * static_cast<float>(ratio) * node_reflectance_.data()[i];
+    }
   }
   return out;
 }

@@ -192,7 +192,7 @@ void RatioAndSlopes(const Pixels& pixels, const Scaling& scaling, const float* c
 }  // namespace
 
 FilterWidth::FilterWidth(const BandOptics& band) {
-  if (band.nodes.size() > 1) Fit(band);
+  if (band.nodes.size() > 1 || !band.nodes[band.center].tables.correction.IsOne()) Fit(band);
 }
 
 void FilterWidth::Fit(const BandOptics& band) {
@@ -213,15 +213,17 @@ void FilterWidth::Fit(const BandOptics& band) {
       p[k] = kParameters[k].lower + (kParameters[k].upper - kParameters[k].lower) * share;
     }
     const double passes = 1.0 - 0.9 * std::pow(uniform(), 2);  // of the junction
-    double mean = 0.0, at_center = 0.0;
-    for (std::size_t n = 0; n < band.nodes.size(); ++n) {
-      const BandOptics::Node& node = band.nodes[n];
-      const double r = node.tables.TotalReflectance(node.absorbers.MuAEpidermis(p),
-                                                    node.absorbers.MuADermis(p), -std::log(passes));
-      mean += node.weight * r;
-      if (static_cast<int>(n) == band.center) at_center = r;
-    }
-    ratio[i] = mean / at_center;
+    const auto corrected = [&](const BandOptics::Node& node) {
+      return node.tables
+          .CorrectedDerivatives(node.absorbers.MuAEpidermis(p), node.absorbers.MuADermis(p),
+                                -std::log(passes))
+          .reflectance;
+    };
+    double mean = 0.0;
+    for (const BandOptics::Node& node : band.nodes) mean += node.weight * corrected(node);
+    const BandOptics::Node& center = band.nodes[band.center];
+    ratio[i] = mean / center.tables.TotalReflectance(center_.MuAEpidermis(p), center_.MuADermis(p),
+                                                     -std::log(passes));
     const double epidermis = center_.MuAEpidermis(p);
     variables.row(i) << std::log(epidermis), std::log(center_.MuADermis(p)),
         p[0] * p[1] * eumelanin_ / epidermis, p[2] * blood_ / epidermis, p[3] * carotene_ / epidermis,

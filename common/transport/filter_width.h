@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a filter's width does to a band's reflectance: the ratio of the mean over the filter to the centre's.
+// What a filter's width does to a band's reflectance, and what tables get wrong about both layers together
+// (TotalsCorrection): the ratio of the true mean over the filter to what the centre's tables say.
 //
 // Over a filter's width lateral transport hardly changes, absorption may, so the ratio is taken from uniform
 // skin. It is a smooth function of the skin, within a few percent of 1, and is kept as a polynomial in the
@@ -20,7 +21,7 @@ class FilterWidth {
   FilterWidth() = default;
   explicit FilterWidth(const BandOptics& band);
 
-  bool empty() const { return coefficients_.empty(); }  // a band without width: the ratio is 1
+  bool empty() const { return coefficients_.empty(); }  // neither width nor correction: the ratio is 1
   double error() const { return error_; }               // rms over table 1, of the ratio
 
   // The skin of a render; `mu_a` are the centre's, 1/mm, `transmittance` is A of the junction.

@@ -256,9 +256,10 @@ double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double
   assert(band >= 0 && band < band_count());
   double reflectance = 0.0;
   for (const BandOptics::Node& node : impl_->tables->optics[band].nodes) {
-    reflectance +=
-        node.weight * node.tables.TotalReflectance(node.absorbers.MuAEpidermis(p),
-                                                   node.absorbers.MuADermis(p), junction_absorbance);
+    reflectance += node.weight * node.tables
+                                     .CorrectedDerivatives(node.absorbers.MuAEpidermis(p),
+                                                           node.absorbers.MuADermis(p), junction_absorbance)
+                                     .reflectance;
   }
   return impl_->exit_angle_factor * reflectance;
 }
@@ -269,8 +270,8 @@ double ForwardModel::LocalReflectance(int band, const ParameterVector& p, double
   double reflectance = 0.0;
   gradient.fill(0.0);
   for (const BandOptics::Node& node : impl_->tables->optics[band].nodes) {
-    const auto total = node.tables.TotalReflectanceDerivatives(
-        node.absorbers.MuAEpidermis(p), node.absorbers.MuADermis(p), junction_absorbance);
+    const auto total = node.tables.CorrectedDerivatives(node.absorbers.MuAEpidermis(p),
+                                                        node.absorbers.MuADermis(p), junction_absorbance);
     const ParameterVector epidermis = node.absorbers.MuAEpidermisGradient(p);
     const ParameterVector dermis = node.absorbers.MuADermisGradient(p);
     const double weight = node.weight * impl_->exit_angle_factor;

@@ -50,18 +50,44 @@ TEST(Objective, LeavesOutWhatIsMissing) {
   EXPECT_TRUE(std::isnan(Residual(data, predicted)[0](0, 0)));
 }
 
-// Taylor: near the solution the logarithm's residual over its noise is (measured - predicted) / sigma.
-TEST(Objective, LogResidualAgreesNearTheSolution) {
+// Algebra: (0.4 - 0.3996) / 0.004, and its slope against the logarithm, predicted / sigma.
+TEST(Objective, LogResidualIsLinearNearTheSolution) {
   const LogResidual datum = LogResidualOf(0.4, 0.004, 0.3996);
-  EXPECT_NEAR(datum.residual, 0.1, 1e-4);
-  EXPECT_NEAR(datum.weight, 100, 1e-9);
+  EXPECT_NEAR(datum.residual, 0.1, 1e-9);
+  EXPECT_NEAR(datum.weight, 99.9, 1e-9);
+}
+
+// Statistics: the mean of unbiased noise asks for no change. In logarithms, weighted by the measured value,
+// it would ask for 1.5 variances of it.
+TEST(Objective, LogResidualOfNoiseIsUnbiased) {
+  double residuals = 0.0, squares = 0.0;
+  for (int i = -300; i <= 300; ++i) {  // a Gaussian by quadrature
+    const double z = 0.01 * i, density = std::exp(-0.5 * z * z);
+    residuals += density * LogResidualOf(0.3 * (1.0 + 0.1 * z), 0.03, 0.3).residual;
+    squares += density;
+  }
+  EXPECT_NEAR(residuals / squares, 0.0, 1e-9);
+}
+
+// Differences: the slope is the derivative on both branches, and both meet.
+TEST(Objective, LogResidualIsSmooth) {
+  for (const double predicted : {0.05, 0.2, 0.3332, 0.3335, 0.4, 0.4998, 0.5002, 0.9}) {
+    const double step = 1e-5;
+    const double slope = (LogResidualOf(0.4, 0.004, predicted * std::exp(step)).residual -
+                          LogResidualOf(0.4, 0.004, predicted * std::exp(-step)).residual) /
+                         (2.0 * step);
+    EXPECT_NEAR(-slope, LogResidualOf(0.4, 0.004, predicted).weight, 1e-4 * std::abs(slope)) << predicted;
+  }
+  EXPECT_NEAR(LogResidualOf(0.4, 0.004, 0.4 / 1.2 * (1 + 1e-9)).residual,
+              LogResidualOf(0.4, 0.004, 0.4 / 1.2 * (1 - 1e-9)).residual, 1e-4);
 }
 
 // A negative datum of noise must not become a NaN.
 TEST(Objective, LogResidualOfNoiseIsFinite) {
   const LogResidual datum = LogResidualOf(-0.002, 0.001, 0.0015);
   EXPECT_TRUE(std::isfinite(datum.residual));
-  EXPECT_NEAR(datum.weight, 1.0, 1e-9);
+  EXPECT_GT(datum.weight, 0.0);
+  EXPECT_TRUE(std::isfinite(LogResidualOf(-0.2, 0.001, 0.3).residual));
 }
 
 }  // namespace
