@@ -199,7 +199,7 @@ LadderStudy RunLadderStudy(const std::filesystem::path& folder, const LadderOpti
                                 {"machine", study.machine}};
   const PointRun run = RunPoints(folder, "ladder", settings, plan, progress);
   study.resumed = run.resumed;
-  for (const nlohmann::json& record : run.records) study.scenes.push_back(LadderSceneFrom(record));
+  ReadRecords(run, [&](const nlohmann::json& record) { study.scenes.push_back(LadderSceneFrom(record)); });
   Judge(study);
   return study;
 }

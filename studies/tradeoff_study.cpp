@@ -114,11 +114,12 @@ TradeoffStudy RunTradeoffStudy(const std::filesystem::path& folder, const Tradeo
                                 {"fit_size", study.fit_size}, {"machine", study.machine}};
   const PointRun run = RunPoints(folder, "tradeoff", settings, plan, progress);
   study.resumed = run.resumed;
-  for (const nlohmann::json& record : run.records)
+  ReadRecords(run, [&](const nlohmann::json& record) {
     if (record.contains("rounding"))
       study.rounding = record["rounding"];
     else
       study.points.push_back(TradeoffPointFromJson(record));
+  });
   study.charts = ChartsOf(study.points);
   Judge(study, render_settings);
   return study;
