@@ -203,7 +203,7 @@ std::vector<FitSetting> FitSettings(int size, bool quick) {
 
 std::vector<std::string> FitScenes(bool quick) {
   if (quick) return {"light", "monte_carlo_skin"};
-  return {"light_freckles", "dark", "monte_carlo_skin", "medium_vein"};
+  return {"light_freckles", "dark", "monte_carlo_skin"};
 }
 
 FitOptions ReferenceFit(int size) {
