@@ -17,8 +17,7 @@ void ParallelFor(int count, const std::function<void(int)>& body) {
 }
 
 int AllowedThreads() {
-  return static_cast<int>(
-      tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+  return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
 }
 
 struct ThreadLimit::State {
