@@ -14,10 +14,12 @@
 #include "apps/command_line.h"
 #include "apps/commands.h"
 #include "common/files/picture.h"
+#include "studies/ladder_study.h"
 #include "studies/optics_study.h"
 #include "studies/orders_study.h"
 #include "studies/sharpness_study.h"
 #include "studies/stability_study.h"
+#include "studies/tradeoff_study.h"
 #include "studies/verdict.h"
 
 namespace dermap {
@@ -46,8 +48,8 @@ int RunJudged(int argc, char** argv, const std::string& name, const char* about,
   command.app()
       .add_option("-o,--output", request.folder, "The folder to write " + name + "." + files + " to")
       ->required();
-  command.app().add_flag("--quick", request.quick, "Few points and photons: seconds instead of minutes");
-  command.app().add_option("--seed", request.seed, "Of Monte Carlo and noise (default 1)");
+  command.app().add_flag("--quick", request.quick, "Few points and photons: less than two minutes");
+  command.app().add_option("--seed", request.seed, "Everything random follows from it (default 1)");
   if (part)
     command.app()
         .add_option(fmt::format("--{}", part), request.only, "Only these, separated by commas")
@@ -114,6 +116,40 @@ int RunOrdersStudyCommand(int argc, char** argv) {
                    });
 }
 
+int RunTradeoffStudyCommand(int argc, char** argv) {
+  return RunJudged(
+      argc, argv, "tradeoff",
+      "Time against error of every way to render and to fit. A run that was broken off goes on where it was.",
+      "{csv,json,svg,html}", [](const Request& request, const ProgressFunction& progress) {
+        const TradeoffStudy study =
+            RunTradeoffStudy(request.folder, {.quick = request.quick, .seed = request.seed}, progress);
+        WriteTradeoffStudy(request.folder, study);
+        std::vector<Verdict> verdicts = study.verdicts;
+        // Patches this small take no longer than their overhead: times tell nothing.
+        if (!request.quick) verdicts.insert(verdicts.end(), study.timed.begin(), study.timed.end());
+        return Judged{
+            verdicts,
+            fmt::format("{} points, {} of them from an earlier run\n", study.points.size(), study.resumed),
+            request.folder / "tradeoff.html"};
+      });
+}
+
+int RunLadderStudyCommand(int argc, char** argv) {
+  return RunJudged(
+      argc, argv, "ladder",
+      "How much model scenes from uniform to wild are given, the time that saves and the error it costs.",
+      "{csv,json,svg,html}", [](const Request& request, const ProgressFunction& progress) {
+        const LadderStudy study =
+            RunLadderStudy(request.folder, {.quick = request.quick, .seed = request.seed}, progress);
+        WriteLadderStudy(request.folder, study);
+        std::string text;
+        for (const LadderScene& scene : study.scenes)
+          text += fmt::format("{:34} {:24} {:5.1f} times faster, {:.1e} off\n", scene.name,
+                              RungsInWords(scene), scene.times_faster, scene.error);
+        return Judged{study.verdicts, text, request.folder / "ladder.html"};
+      });
+}
+
 int RunStabilityStudyCommand(int argc, char** argv) {
   return RunJudged(
       argc, argv, "stability", "Where each method of fitting breaks, and whether it says so.",
@@ -141,6 +177,9 @@ constexpr std::array kStudies{
     Study{"sharpness", "how far the forward model is from Monte Carlo beside an edge",
           RunSharpnessStudyCommand},
     Study{"orders", "how many terms of the inter-scattering series each band needs", RunOrdersStudyCommand},
+    Study{"tradeoff", "time against error of every way to render and to fit", RunTradeoffStudyCommand},
+    Study{"ladder", "how much model scenes are given, what it saves and what it costs",
+          RunLadderStudyCommand},
     Study{"stability", "where each method of fitting breaks, and whether it says so",
           RunStabilityStudyCommand},
     Study{"calibration", "how right the calibration is, on random rigs of the optical bench",

@@ -24,17 +24,25 @@ double Quantile(std::vector<double> values, double share) {
 
 PairedTime TimePaired(const std::function<void()>& yardstick, const std::function<void()>& run,
                       double budget_s) {
-  constexpr int kFewest = 3, kMost = 9;
-  yardstick();
-  run();
+  constexpr std::size_t kMost = 9;
+  constexpr double kSlow_s = 1.0, kVerySlow_s = 10.0;
   std::vector<double> seconds, ratios;
   double used = 0.0;
-  while (static_cast<int>(ratios.size()) < kFewest ||
-         (used < budget_s && static_cast<int>(ratios.size()) < kMost)) {
-    const double first = SecondsOf(yardstick), second = SecondsOf(run);
+  const auto pair = [&](double first, double second) {
     seconds.push_back(second);
     ratios.push_back(second / std::max(first, 1e-9));
     used += first + second;
+  };
+  std::size_t fewest = 1;
+  if (budget_s > 0.0) {
+    yardstick();
+    const double warm_up = SecondsOf(run);
+    if (warm_up > kSlow_s) pair(SecondsOf(yardstick), warm_up);
+    fewest = warm_up > kVerySlow_s ? 2 : 3;
+  }
+  while (ratios.size() < fewest || (used < budget_s && ratios.size() < kMost)) {
+    const double first = SecondsOf(yardstick);
+    pair(first, SecondsOf(run));
   }
   PairedTime time;
   time.pairs = static_cast<int>(ratios.size());

@@ -14,7 +14,9 @@ struct PairedTime {
   int pairs = 0;
 };
 
-// Both run once beforehand, untimed (caches). At least 3 pairs; more until `budget_s` is used, 9 at most.
+// Both run once beforehand, untimed (caches), unless `run` takes longer than 1 s: then that time counts as
+// well. At least 3 pairs, 2 of what takes longer than 10 s; more until `budget_s` is used, 9 at most.
+// A budget of 0 means that times do not matter: one pair, caches or not.
 PairedTime TimePaired(const std::function<void()>& yardstick, const std::function<void()>& run,
                       double budget_s);
 

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
-#include <thread>
 
 #include "common/core/error.h"
+#include "common/core/parallel.h"
 #include "common/files/session_journal.h"
 
 namespace dermap {
@@ -37,7 +37,11 @@ std::map<std::string, nlohmann::json> Earlier(const std::filesystem::path& path,
 PointRun RunPoints(const std::filesystem::path& folder, const std::string& name,
                    const nlohmann::json& settings, const std::vector<PlannedPoint>& plan,
                    const ProgressFunction& progress) {
-  std::filesystem::create_directories(folder);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error)
+    throw StorageError(fmt::format("cannot make the folder {}: {}; remedy: another --output", folder.string(),
+                                   error.message()));
   const std::filesystem::path path = folder / (name + ".journal.jsonl");
   const std::vector<nlohmann::json> lines = ReadJournal(path);
   const auto earlier = Earlier(path, lines, settings);
@@ -46,7 +50,7 @@ PointRun RunPoints(const std::filesystem::path& folder, const std::string& name,
   double left = 0.0, done = 0.0;
   for (const PlannedPoint& point : plan)
     if (!earlier.contains(point.key)) left += point.cost;
-  PointRun run;
+  PointRun run{.journal = path, .records = {}};
   for (const PlannedPoint& point : plan) {
     if (const auto found = earlier.find(point.key); found != earlier.end()) {
       run.records.push_back(found->second);
@@ -62,6 +66,19 @@ PointRun RunPoints(const std::filesystem::path& folder, const std::string& name,
   return run;
 }
 
+void ReadRecords(const PointRun& run, const std::function<void(const nlohmann::json&)>& read) {
+  for (const nlohmann::json& record : run.records) {
+    try {
+      read(record);
+    } catch (const nlohmann::json::exception&) {
+      throw InputError(
+          fmt::format("{}: holds a point that this version does not know ({}); remedy: remove the journal to "
+                      "measure anew",
+                      run.journal.string(), record.dump().substr(0, 80)));
+    }
+  }
+}
+
 std::string MachineName() {
   std::ifstream cpuinfo("/proc/cpuinfo");
   std::string name = "unknown processor";
@@ -70,7 +87,8 @@ std::string MachineName() {
     if (const auto colon = line.find(": "); colon != std::string::npos) name = line.substr(colon + 2);
     break;
   }
-  return fmt::format("{}, {} threads", name, std::thread::hardware_concurrency());
+  const int threads = AllowedThreads();
+  return fmt::format("{}, {} thread{}", name, threads, threads == 1 ? "" : "s");
 }
 
 }  // namespace dermap

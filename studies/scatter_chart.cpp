@@ -14,7 +14,7 @@
 namespace dermap {
 namespace {
 
-constexpr double kWidth = 640, kHeight = 460, kLeft = 70, kRight = 24, kTop = 44, kBottom = 56;  // px
+constexpr double kWidth = 640, kHeight = 460, kLeft = 70, kRight = 24, kTop = 64, kBottom = 56;  // px
 constexpr double kLegendLine = 18, kGap = 16, kLabelHeight = 13;
 constexpr std::array<const char*, 6> kColours{"#0072b2", "#d55e00", "#009e73",
                                               "#b0579a", "#8a6d00", "#5b626b"};
@@ -37,7 +37,10 @@ struct Axis {
     from = from_px;
     to = to_px;
   }
-  double Pixel(double v) const { return from + (std::log10(v) - low) / (high - low) * (to - from); }
+  // Of what lies beyond the axis: its end.
+  double Pixel(double v) const {
+    return from + std::clamp((std::log10(v) - low) / (high - low), 0.0, 1.0) * (to - from);
+  }
   std::vector<double> Ticks() const {
     std::vector<double> ticks;
     const bool fine = high - low < 2.2;
@@ -139,6 +142,14 @@ std::string Front(const ScatterChart& chart, const Axis& x, const Axis& y) {
   return path.empty() ? "" : fmt::format(R"(<path class="front" d="{}"/>)", path);
 }
 
+std::string Level(const ScatterChart& chart, const Axis& y) {
+  if (!(chart.level > 0.0)) return "";
+  return fmt::format(R"(<line class="level" x1="{0}" y1="{1:.1f}" x2="{2}" y2="{1:.1f}"/>)"
+                     R"(<text class="name end" x="{2}" y="{3:.1f}">{4}</text>)",
+                     kLeft, y.Pixel(chart.level), kWidth - kRight, y.Pixel(chart.level) - 5,
+                     EscapeHtml(chart.level_name));
+}
+
 std::string Legend(const ScatterChart& chart) {
   std::string svg;
   double y = kHeight + 2;
@@ -156,12 +167,14 @@ std::string Draw(const ScatterChart& chart) {
       x.Add(p.x);
       y.Add(p.y);
     }
-  std::string svg =
-      fmt::format(R"(<text class="title" x="{}" y="24">{}</text>)", kLeft - 46, EscapeHtml(chart.title));
+  std::string svg = fmt::format(
+      R"(<text class="title" x="{0}" y="24">{1}</text><text class="label" x="{0}" y="45">{2}</text>)",
+      kLeft - 46, EscapeHtml(chart.title), EscapeHtml(chart.note));
+  if (chart.level > 0.0) y.Add(chart.level);
   if (x.low > x.high) return svg + R"(<text class="label" x="70" y="60">No point to draw.</text>)";
   x.Finish(kLeft, kWidth - kRight);
   y.Finish(kHeight - kBottom, kTop);
-  svg += Axes(chart, x, y) + Front(chart, x, y);
+  svg += Axes(chart, x, y) + Level(chart, y) + Front(chart, x, y);
   for (const ScatterPoint& p : chart.points)
     if (Drawable(p)) svg += Bars(p, x, y);
   for (const bool star : {false, true})
@@ -176,12 +189,14 @@ std::string Draw(const ScatterChart& chart) {
 }
 
 constexpr const char* kStyle = R"css(
-svg { font: 12px "DejaVu Sans", "Segoe UI", Roboto, sans-serif; }
-.axis { stroke: #5b626b; fill: none; } .grid { stroke: #e9e7e2; } .lead { stroke: #a8adb3; stroke-width: 0.7; }
-.front { stroke: #1f2328; stroke-width: 1.6; fill: none; stroke-dasharray: 5 3; opacity: 0.75; }
-text { fill: #5b626b; } .label, .legend { fill: #1f2328; font-size: 12.5px; }
-.name { fill: #1f2328; font-size: 11px; } .bold { font-weight: bold; }
-.title { fill: #1f2328; font-size: 15px; font-weight: bold; } .mid { text-anchor: middle; } .end { text-anchor: end; }
+.sheet { font: 12px "DejaVu Sans", "Segoe UI", Roboto, sans-serif; }
+.sheet .axis { stroke: #5b626b; fill: none; } .sheet .grid { stroke: #e9e7e2; }
+.sheet .lead { stroke: #a8adb3; stroke-width: 0.7; } .sheet .level { stroke: #5b626b; stroke-dasharray: 2 4; }
+.sheet .front { stroke: #1f2328; stroke-width: 1.6; fill: none; stroke-dasharray: 5 3; opacity: 0.75; }
+.sheet text { fill: #5b626b; } .sheet .label, .sheet .legend { fill: #1f2328; font-size: 12.5px; }
+.sheet .name { fill: #1f2328; font-size: 11px; stroke: #ffffff; stroke-width: 3.5px; paint-order: stroke; } .sheet .bold { font-weight: bold; }
+.sheet .title { fill: #1f2328; font-size: 15px; font-weight: bold; }
+.sheet .mid { text-anchor: middle; } .sheet .end { text-anchor: end; }
 )css";
 
 }  // namespace
@@ -200,7 +215,8 @@ std::string DrawScatterSheet(const std::vector<ScatterChart>& charts, int column
   const double rows = std::ceil(static_cast<double>(charts.size()) / columns);
   const double width = kGap + columns * (kWidth + kGap), height = 2 * kGap + rows * row + 20;
   return fmt::format(
-      "<svg xmlns=\"http://www.w3.org/2000/svg\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" height=\"{1}\">\n"
+      "<svg xmlns=\"http://www.w3.org/2000/svg\" class=\"sheet\" viewBox=\"0 0 {0} {1}\" width=\"{0}\" "
+      "height=\"{1}\">\n"
       "<style>{2}</style>\n<rect width=\"{0}\" height=\"{1}\" fill=\"#ffffff\"/>\n{3}"
       "<text class=\"tick\" x=\"{4}\" y=\"{5}\">{6}</text></svg>\n",
       width, height, kStyle, body, kGap, height - 12, EscapeHtml(footer));

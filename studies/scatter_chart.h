@@ -19,6 +19,9 @@ struct ScatterPoint {
 
 struct ScatterChart {
   std::string title, x_label, y_label;
+  std::string note;    // a sentence beneath the title
+  double level = 0.0;  // a horizontal line with its name; 0: none
+  std::string level_name;
   std::vector<std::string> families;  // at most six
   std::vector<ScatterPoint> points;
   std::vector<std::size_t> front;  // into points, by x

@@ -7,7 +7,6 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
-#include <nlohmann/json.hpp>
 #include <optional>
 
 #include "fit/fit.h"
@@ -20,16 +19,23 @@ namespace dermap {
 namespace {
 
 constexpr int kCells = 32;  // errors of renders are of areas of 7.5 / 32 = 0.23 mm
-constexpr double kReferenceTolerance = 1e-5;
+// The slow reference: the engine with both ends, every approximation far finer than any setting asks for.
+constexpr double kReferenceTolerance = 1e-5, kReferenceMargin_mm = 4.0;
+constexpr int kReferenceTerms = 20;
 constexpr double kNoise = 0.01;       // of the reflectance, in fits
 constexpr double kMonteCarlo = 1e-9;  // "has a Monte Carlo", where its error is nil
 
-std::string InWords(const std::string& profiles, const ForwardOptions& f) {
-  return fmt::format(
-      "{}, {}, {}, tolerance {:g}, {} terms{}", profiles, EngineName(f.engine),
-      f.engine == Engine::kLowRank && f.coupling == Coupling::kReciprocal ? "both ends" : "exit alone",
-      f.tolerance, f.terms == kAutomaticTerms ? "automatic" : std::to_string(f.terms),
-      f.close_series ? "" : ", cut");
+std::string InWords(const std::string& profiles, const ForwardOptions& f, double tolerance) {
+  const bool lowrank = f.engine == Engine::kLowRank;
+  const auto count = [](int n, int automatic) { return n == automatic ? "automatic" : std::to_string(n); };
+  const std::string sum = lowrank
+                              ? fmt::format("tolerance {}, path lengths {}",
+                                            tolerance > 0.0 ? fmt::format("{:g}", tolerance) : "automatic",
+                                            count(f.path_lengths, kAutomaticPaths))
+                              : fmt::format("{} Gaussians", kGaussianCount / f.gaussian_step);
+  return fmt::format("{} profiles, {}, {}, {}, terms {}{}", profiles, EngineName(f.engine),
+                     lowrank && f.coupling == Coupling::kReciprocal ? "both ends of a path" : "exit alone",
+                     sum, count(f.terms, kAutomaticTerms), f.close_series ? "" : ", the rest left out");
 }
 
 std::vector<PlaneF> Cells(std::vector<PlaneF> planes) {
@@ -72,6 +78,38 @@ Deviation NetDeviation(const std::vector<PlaneF>& found, const ReflectanceStack&
   return {rms, 0.5 * hidden / rms};
 }
 
+// Median errors over what noise leaves a pixel by itself, mean of the parameters; its standard error from the
+// spread of the patch's four quarters, since neighbouring pixels err together.
+Deviation OverBound(const ParameterMaps& found, const ParameterMaps& truth, const ParameterVector& bound) {
+  const auto measure = [&](const std::vector<char>& use) {
+    const ParameterVector errors = MedianErrors(found, truth, use);
+    double mean = 0.0;
+    for (int k = 0; k < kParameterCount; ++k)
+      mean += errors[k] / (kMedianOverSigma * bound[k]) / kParameterCount;
+    return mean;
+  };
+  double sum = 0.0, squares = 0.0;
+  for (int quarter = 0; quarter < 4; ++quarter) {
+    std::vector<char> use(truth.planes[0].size());
+    for (std::size_t i = 0; i < use.size(); ++i) {
+      const int x = static_cast<int>(i) % truth.width(), y = static_cast<int>(i) / truth.width();
+      use[i] = (2 * x >= truth.width()) + 2 * (2 * y >= truth.height()) == quarter;
+    }
+    const double value = measure(use);
+    sum += value / 4.0;
+    squares += value * value / 4.0;
+  }
+  return {measure({}), std::sqrt(std::max(0.0, squares - sum * sum) / 3.0)};
+}
+
+// Of `times` as many as were timed.
+void SetTime(const PairedTime& time, double times, TradeoffPoint& point) {
+  point.seconds = time.seconds * times;
+  point.ratio = time.ratio * times;
+  point.ratio_spread = time.ratio_spread;
+  point.pairs = time.pairs;
+}
+
 }  // namespace
 
 struct TradeoffMeter::Impl {
@@ -106,6 +144,8 @@ struct TradeoffMeter::Impl {
   ForwardModel Slow() {
     ForwardOptions options;
     options.tolerance = kReferenceTolerance;
+    options.terms = kReferenceTerms;
+    options.margin_mm = kReferenceMargin_mm;
     return Model("exact", options, size);
   }
 
@@ -148,7 +188,7 @@ TradeoffPoint TradeoffMeter::Render(const RenderSetting& setting, const std::str
   impl_->SeeRenderScene(scene);
   const Impl::Scene& seen = impl_->render_scene;
   TradeoffPoint point{.kind = "render", .scene = scene, .setting = setting.name, .family = setting.family};
-  point.options = InWords(setting.profiles, setting.forward);
+  point.options = InWords(setting.profiles, setting.forward, setting.forward.tolerance);
   point.size = setting.size;
   point.is_default = setting.is_default;
   point.is_paper = setting.is_paper;
@@ -158,10 +198,7 @@ TradeoffPoint TradeoffMeter::Render(const RenderSetting& setting, const std::str
   std::vector<PlaneF> rendered;
   const PairedTime time = TimePaired([&] { yardstick.Render(seen.truth); },
                                      [&] { rendered = model.Render(maps); }, impl_->budget_s);
-  point.seconds = time.seconds;
-  point.ratio = time.ratio;
-  point.ratio_spread = time.ratio_spread;
-  point.pairs = time.pairs;
+  SetTime(time, 1.0, point);
   rendered = Cells(std::move(rendered));
   const Deviation deviation = Deviate(rendered, seen.reference);
   point.error = deviation.rms;
@@ -174,6 +211,21 @@ TradeoffPoint TradeoffMeter::Render(const RenderSetting& setting, const std::str
   return point;
 }
 
+double TradeoffMeter::Rounding(const std::string& scene) {
+  impl_->SeeRenderScene(scene);
+  const ParameterMaps& truth = impl_->render_scene.truth;
+  const ForwardModel model = impl_->Model("exact", {}, impl_->size);
+  const PlaneF third(truth.width(), truth.height(), 1.0f / 3.0f);
+  const std::vector<PlaneF> all = model.Render(truth);
+  std::vector<PlaneF> thirds = model.Render(truth, {&third, 1});
+  double worst = 0.0;
+  for (std::size_t b = 0; b < all.size(); ++b) {
+    for (float& value : thirds[b].values()) value *= 3.0f;
+    worst = std::max(worst, Deviate({thirds[b]}, {all[b]}).rms);
+  }
+  return worst;
+}
+
 TradeoffPoint TradeoffMeter::Fit(const FitSetting& setting, const std::string& scene) {
   impl_->SeeFitScene(scene);
   const Impl::Scene& seen = impl_->fit_scene;
@@ -183,7 +235,8 @@ TradeoffPoint TradeoffMeter::Fit(const FitSetting& setting, const std::string& s
   // The scene may be smaller than the study's patches; settings keep their share of it, down to 8 pixels.
   if (!setting.is_paper) options.size = std::max(8, options.size * pixels / impl_->size);
   options.size = std::min(options.size, pixels);
-  point.options = fmt::format("{}, {}", NameOf(options.method), InWords(options.profiles, options.forward));
+  point.options = fmt::format("{}, {}", NameOf(options.method),
+                              InWords(options.profiles, options.forward, options.tolerance));
   point.is_default = setting.is_default;
   point.is_paper = point.extrapolated = setting.is_paper;
   FitOptions shipped;
@@ -196,18 +249,10 @@ TradeoffPoint TradeoffMeter::Fit(const FitSetting& setting, const std::string& s
     const ForwardModel model = impl_->Model(options.profiles, options.forward, pixels);
     const PairedTime render = TimePaired(
         yardstick, [&] { model.Render(seen.truth_of_stack); }, impl_->budget_s);
-    // Of 400 iterations with a difference for each parameter [D08 6.3], where fewer were run.
-    const double renders = 400.0 * (1.0 + kParameterCount);
-    point.seconds = render.seconds * renders;
-    point.ratio = render.ratio * renders;
-    point.ratio_spread = render.ratio_spread;
-    point.pairs = render.pairs;
+    // 400 iterations with a difference for each parameter [D08 6.3], also where fewer were run.
+    SetTime(render, 400.0 * (1.0 + kParameterCount), point);
   } else {
-    const PairedTime time = TimePaired(yardstick, fit, impl_->budget_s);
-    point.seconds = time.seconds;
-    point.ratio = time.ratio;
-    point.ratio_spread = time.ratio_spread;
-    point.pairs = time.pairs;
+    SetTime(TimePaired(yardstick, fit, impl_->budget_s), 1.0, point);
   }
   point.size = found.maps.width();
   point.chi2 = found.chi2;
@@ -216,8 +261,12 @@ TradeoffPoint TradeoffMeter::Fit(const FitSetting& setting, const std::string& s
   point.to_truth = MedianErrors(maps, seen.truth_of_stack);
   point.to_reference = MedianErrors(maps, seen.reference_fit);
   point.bound = seen.bound;
-  for (int k = 0; k < kParameterCount; ++k)
-    point.error += point.to_truth[k] / (kMedianOverSigma * seen.bound[k]) / kParameterCount;
+  const Deviation truth = OverBound(maps, seen.truth_of_stack, seen.bound),
+                  reference = OverBound(maps, seen.reference_fit, seen.bound);
+  point.error = truth.rms;
+  point.error_bar = truth.bar;
+  point.error_reference = reference.rms;
+  point.reference_bar = reference.bar;
   if (scene == "monte_carlo_skin") {
     const int m = static_cast<int>(Parameter::kC_m);
     const std::span<const float> melanin = seen.truth_of_stack.planes[m].values();
@@ -226,69 +275,6 @@ TradeoffPoint TradeoffMeter::Fit(const FitSetting& setting, const std::string& s
     point.monte_carlo_bar = point.error_monte_carlo * 1.17 / std::sqrt(double(melanin.size()));
   }
   return point;
-}
-
-nlohmann::json ToJson(const TradeoffPoint& p) {
-  nlohmann::json json{{"kind", p.kind},
-                      {"scene", p.scene},
-                      {"setting", p.setting},
-                      {"family", p.family},
-                      {"options", p.options},
-                      {"size", p.size},
-                      {"seconds", p.seconds},
-                      {"ratio_to_default", p.ratio},
-                      {"ratio_spread", p.ratio_spread},
-                      {"pairs", p.pairs},
-                      {"default", p.is_default},
-                      {"paper", p.is_paper},
-                      {"extrapolated", p.extrapolated},
-                      {"error", p.error},
-                      {"error_bar", p.error_bar}};
-  if (p.error_monte_carlo > 0.0) {
-    json["error_monte_carlo"] = p.error_monte_carlo;
-    json["monte_carlo_bar"] = p.monte_carlo_bar;
-  }
-  if (p.kind == "fit") {
-    json["chi2"] = p.chi2;
-    json["renders"] = p.renders;
-    for (int k = 0; k < kParameterCount; ++k) {
-      const std::string name(kParameters[k].name);
-      json["error_to_truth"][name] = p.to_truth[k];
-      json["error_to_reference"][name] = p.to_reference[k];
-      json["noise_bound"][name] = p.bound[k];
-    }
-  }
-  return json;
-}
-
-TradeoffPoint TradeoffPointFromJson(const nlohmann::json& json) {
-  TradeoffPoint p;
-  p.kind = json.at("kind");
-  p.scene = json.at("scene");
-  p.setting = json.at("setting");
-  p.family = json.at("family");
-  p.options = json.at("options");
-  p.size = json.at("size");
-  p.seconds = json.at("seconds");
-  p.ratio = json.at("ratio_to_default");
-  p.ratio_spread = json.at("ratio_spread");
-  p.pairs = json.at("pairs");
-  p.is_default = json.at("default");
-  p.is_paper = json.at("paper");
-  p.extrapolated = json.at("extrapolated");
-  p.error = json.at("error");
-  p.error_bar = json.at("error_bar");
-  p.error_monte_carlo = json.value("error_monte_carlo", 0.0);
-  p.monte_carlo_bar = json.value("monte_carlo_bar", 0.0);
-  p.chi2 = json.value("chi2", 0.0);
-  p.renders = json.value("renders", 0);
-  for (int k = 0; k < kParameterCount && p.kind == "fit"; ++k) {
-    const std::string name(kParameters[k].name);
-    p.to_truth[k] = json.at("error_to_truth").at(name);
-    p.to_reference[k] = json.at("error_to_reference").at(name);
-    p.bound[k] = json.at("noise_bound").at(name);
-  }
-  return p;
 }
 
 }  // namespace dermap

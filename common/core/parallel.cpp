@@ -16,6 +16,10 @@ void ParallelFor(int count, const std::function<void(int)>& body) {
       0, count, [&](int i) { body(i); }, context);
 }
 
+int AllowedThreads() {
+  return static_cast<int>(tbb::global_control::active_value(tbb::global_control::max_allowed_parallelism));
+}
+
 struct ThreadLimit::State {
   explicit State(std::size_t threads) : control(tbb::global_control::max_allowed_parallelism, threads) {}
   tbb::global_control control;

@@ -12,6 +12,9 @@ namespace dermap {
 // The first exception thrown by a body is rethrown here.
 void ParallelFor(int count, const std::function<void(int)>& body);
 
+// How many threads may work right now.
+int AllowedThreads();
+
 // While alive, at most `threads` threads work in ParallelFor and in the libraries below (0: all cores).
 class ThreadLimit {
  public:

@@ -25,12 +25,13 @@ constexpr double kTotalRowWeight =
 // quarter of its rows.
 struct GaussianFitter::Prepared {
   Eigen::MatrixXd q_transposed;  // kGaussianCount x frequencies; the row weights are in it
-  Eigen::MatrixXd r;             // kGaussianCount x kGaussianCount
+  Eigen::MatrixXd r;             // kGaussianCount x the Gaussians in use
+  int step = 1;
 };
 
-GaussianFitter::GaussianFitter(std::span<const double> k_per_mm) {
+GaussianFitter::GaussianFitter(std::span<const double> k_per_mm, int step) {
   const auto rows = static_cast<Eigen::Index>(k_per_mm.size());
-  assert(rows >= kGaussianCount && k_per_mm[0] == 0.0);
+  assert(rows >= kGaussianCount && k_per_mm[0] == 0.0 && step > 0);
   Eigen::MatrixXd gaussians(rows, kGaussianCount);
   for (Eigen::Index row = 0; row < rows; ++row) {
     const double weight = row == 0 ? kTotalRowWeight : 1.0;
@@ -43,7 +44,9 @@ GaussianFitter::GaussianFitter(std::span<const double> k_per_mm) {
   auto prepared = std::make_unique<Prepared>();
   prepared->q_transposed = q.transpose();
   prepared->q_transposed.col(0) *= kTotalRowWeight;
-  prepared->r = qr.matrixQR().topRows(kGaussianCount).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd r = qr.matrixQR().topRows(kGaussianCount).triangularView<Eigen::Upper>();
+  prepared->r = r(Eigen::all, Eigen::seq(0, kGaussianCount - 1, step));
+  prepared->step = step;
   prepared_ = std::move(prepared);
 }
 
@@ -58,10 +61,12 @@ GaussianWeights GaussianFitter::Fit(std::span<const double> transform, const Gau
                                                   static_cast<Eigen::Index>(transform.size()));
   const Eigen::VectorXd shape = prepared_->q_transposed * (profile / total);
   const Eigen::Map<const Eigen::Matrix<float, kGaussianCount, 1>> start(similar.data());
-  const Eigen::VectorXd fitted = SolveNonNegative(prepared_->r, shape, start.cast<double>() / total);
+  const auto used = Eigen::seq(0, kGaussianCount - 1, prepared_->step);
+  const Eigen::VectorXd fitted = SolveNonNegative(prepared_->r, shape, start(used).cast<double>() / total);
   const double sum = fitted.sum();
   assert(sum > 0.0);
-  for (int i = 0; i < kGaussianCount; ++i) weights[i] = static_cast<float>(fitted[i] * total / sum);
+  for (Eigen::Index i = 0; i < fitted.size(); ++i)
+    weights[i * prepared_->step] = static_cast<float>(fitted[i] * total / sum);
   return weights;
 }
 

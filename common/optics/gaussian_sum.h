@@ -14,8 +14,9 @@ namespace dermap {
 // May be used by many threads at a time.
 class GaussianFitter {
  public:
-  // k_per_mm[0] = 0, then ascending; at least kGaussianCount frequencies.
-  explicit GaussianFitter(std::span<const double> k_per_mm);
+  // k_per_mm[0] = 0, then ascending; at least kGaussianCount frequencies. By every `step`-th Gaussian, from
+  // the narrowest; the others' weights stay 0.
+  explicit GaussianFitter(std::span<const double> k_per_mm, int step = 1);
   ~GaussianFitter();
 
   // As FitGaussianSum: weights >= 0 whose sum is transform[0]; all 0 where transform[0] <= 0. `similar`: the

@@ -102,22 +102,24 @@ PathFit FitPaths(const TransformTable& response, std::span<const double> lengths
 }
 
 ScenePaths ReducePaths(std::span<const TransformTable* const> responses, double lowest, double highest,
-                       double tolerance) {
+                       double tolerance, int count) {
   assert(lowest > 0.0 && highest >= lowest);
+  assert(count >= 0 && count <= kMostPaths);
   const std::vector<double> samples = Geometric(lowest, highest, kSamples);
   std::vector<Matrix> values;
   for (const TransformTable* response : responses) values.push_back(ValuesAt(*response, samples));
   ScenePaths best;
-  for (int count = 1; count <= kMostPaths; ++count) {
+  const int first = count > 0 ? count : 1, last = count > 0 ? count : kMostPaths;
+  for (int tried = first; tried <= last; ++tried) {
     ScenePaths paths;
-    paths.lengths_mm = Geometric(kShortestDepth / highest, kLongestDepth / lowest, count);
+    paths.lengths_mm = Geometric(kShortestDepth / highest, kLongestDepth / lowest, tried);
     const Matrix few = Exponentials(samples, paths.lengths_mm);
     for (const Matrix& value : values) {
       PathFit fit = FitSamples(value, few);
       paths.error = std::max(paths.error, *std::max_element(fit.errors.begin(), fit.errors.end()));
       paths.kernels.push_back(std::move(fit.kernels));
     }
-    if (count == 1 || paths.error < best.error) best = std::move(paths);
+    if (tried == first || paths.error < best.error) best = std::move(paths);
     if (best.error <= tolerance) break;
   }
   return best;

@@ -48,9 +48,9 @@ PathFit FitPaths(const TransformTable& response, std::span<const double> lengths
                  double highest);
 
 // Between mu_a `lowest` and `highest` (1/mm): as few lengths as have an error of at most `tolerance`, or,
-// where none has, the best of up to kMostPaths.
+// where none has, the best of up to kMostPaths. `count`: exactly so many instead, 1 to kMostPaths.
 inline constexpr int kMostPaths = 16;
 ScenePaths ReducePaths(std::span<const TransformTable* const> responses, double lowest, double highest,
-                       double tolerance);
+                       double tolerance, int count = 0);
 
 }  // namespace dermap

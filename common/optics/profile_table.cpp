@@ -326,4 +326,22 @@ BandTables BuildBandTables(const ProfileSource& source, double wavelength_nm, co
                            : TablesFrom(source, wavelength_nm, config);
 }
 
+void UseFewerGaussians(int step, BandTables& tables) {
+  const GaussianFitter fitter(TableFrequencies_per_mm().first(kGaussianFrequencies), step);
+  const std::size_t frequencies = TableFrequencies_per_mm().size();
+  ProfileTable* const responses[] = {&tables.r1_forward,       &tables.t1_forward, &tables.r1_backward,
+                                     &tables.t1_backward,      &tables.r2_diffuse, &tables.r2_normal,
+                                     &tables.r1_backward_black};
+  for (ProfileTable* response : responses) {
+    const std::vector<float>& values = response->transforms().values();
+    if (values.empty()) continue;
+    std::vector<GaussianWeights> entries(kTableSize);
+    ParallelFor(kTableSize, [&](int i) {
+      const float* first = values.data() + static_cast<std::size_t>(i) * frequencies;
+      entries[i] = fitter.Fit(std::vector<double>(first, first + kGaussianFrequencies));
+    });
+    *response = ProfileTable(std::move(entries), response->transforms());
+  }
+}
+
 }  // namespace dermap

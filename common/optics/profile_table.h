@@ -106,6 +106,10 @@ BandTables BuildBandTables(const ProfileSource& source, double wavelength_nm, co
 EpidermisOptics EpidermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a);
 DermisOptics DermisOpticsOf(const TissueConfig& config, double wavelength_nm, double mu_a);
 
+// The same responses by every `step`-th Gaussian alone, fitted anew to the tables' transforms, in parallel;
+// tables that hold totals only are left as they are.
+void UseFewerGaussians(int step, BandTables& tables);
+
 // Weights w >= 0 of the Gaussians, fitted on the transform's side by non-negative least squares, their sum
 // made equal to the total transform[0] (k_per_mm[0] must be 0, the others ascend); all 0 where the total is
 // not positive. A profile that is no mixture of Gaussians cannot be met exactly by weights >= 0.

@@ -43,6 +43,7 @@ struct ForwardModel::Impl {
                  const Use& use);
   void CheckDerivatives() const;
   static void SetTerms(const TissueConfig& tissue, int terms, std::vector<BandOptics>& optics);
+  static void SetGaussians(int step, std::vector<BandOptics>& optics);
   std::unique_ptr<Impl> Copy(const ImagingConditions& under, const ForwardOptions& with) const;
 };
 
@@ -98,6 +99,7 @@ ForwardModel::ForwardModel(const Chromophores& chromophores, const ProfileSource
   tables->optics =
       BuildBandOptics(chromophores, source, tissue, bands, options.full_band_integration, progress);
   Impl::SetTerms(tissue, options.terms, tables->optics);
+  if (options.gaussian_step != 1) Impl::SetGaussians(options.gaussian_step, tables->optics);
   for (const BandOptics& band : tables->optics) {
     std::vector<LocalTotals>& totals = tables->totals.emplace_back();
     for (const BandOptics::Node& node : band.nodes) totals.emplace_back(node.tables);
@@ -114,6 +116,11 @@ void ForwardModel::Impl::SetTerms(const TissueConfig& tissue, int terms, std::ve
     band.terms = terms == kAutomaticTerms ? AutomaticTerms(band, tissue) : terms;
 }
 
+void ForwardModel::Impl::SetGaussians(int step, std::vector<BandOptics>& optics) {
+  for (BandOptics& band : optics)
+    for (BandOptics::Node& node : band.nodes) UseFewerGaussians(step, node.tables);
+}
+
 ForwardModel::ForwardModel(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
 
 std::unique_ptr<ForwardModel::Impl> ForwardModel::Impl::Copy(const ImagingConditions& under,
@@ -128,9 +135,10 @@ std::unique_ptr<ForwardModel::Impl> ForwardModel::Impl::Copy(const ImagingCondit
   impl->exit_angle_factor =
       static_cast<float>(ExitAngleFactor(under.geometry, tissue.n_outside, tissue.n_epidermis));
   impl->tables = tables;
-  if (with.terms != options.terms) {
+  if (with.terms != options.terms || with.gaussian_step != options.gaussian_step) {
     auto other = std::make_shared<Tables>(*tables);
     SetTerms(tissue, with.terms, other->optics);
+    if (with.gaussian_step != options.gaussian_step) SetGaussians(with.gaussian_step, other->optics);
     impl->tables = std::move(other);
   }
   return impl;

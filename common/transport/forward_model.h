@@ -34,6 +34,7 @@ enum class Coupling { kReciprocal, kGather };
 
 inline constexpr int kAutomaticTerms = -1;
 inline constexpr double kAutomaticMargin = -1.0;
+inline constexpr int kAutomaticPaths = 0;
 
 // How much of the model a band of a scene needed, from the bottom of the ladder up.
 enum class Rung {
@@ -60,6 +61,11 @@ struct ForwardOptions {
   // Of the engine `lowrank`: how far a render may be off, relative, rms over the patch. The engine takes no
   // more path lengths, terms and margin than a band of a scene needs for it (BandChoice).
   double tolerance = 1e-3;
+  // Path lengths of either layer (engine `lowrank`): as few as the tolerance asks for, or exactly so many, 1
+  // to kMostPaths, whatever error that leaves.
+  int path_lengths = kAutomaticPaths;
+  // Every so-many-th of the 18 Gaussians (the other engines), with weights of their own fit: 1, 2, 3 or 6.
+  int gaussian_step = 1;
   // Terms of [D08 eq. 7] after Phi * R1+. Automatic: for each band as many as the scene's lightest skin needs
   // (lowrank) or the lightest that there is (others: 3 to 6; the paper takes 4 for blue light, 5 for green
   // and red).

@@ -7,6 +7,8 @@
 #include <string>
 
 #include "common/core/error.h"
+#include "common/optics/path_kernels.h"
+#include "common/optics/profile_table.h"
 
 namespace dermap {
 namespace {
@@ -69,6 +71,14 @@ void CheckModelInputs(std::span<const Band> bands, const ImagingConditions& cond
   if (options.terms != kAutomaticTerms && (options.terms < 0 || options.terms > kMostTerms)) {
     throw InputError("the number of inter-scattering terms is " + std::to_string(options.terms) +
                      "; it must be 0 to 1000 (or left out: automatic)");
+  }
+  if (options.path_lengths < kAutomaticPaths || options.path_lengths > kMostPaths) {
+    throw InputError("the number of path lengths is " + std::to_string(options.path_lengths) +
+                     "; it must be 1 to " + std::to_string(kMostPaths) + " (or left out: automatic)");
+  }
+  if (options.gaussian_step < 1 || kGaussianCount % options.gaussian_step != 0 || options.gaussian_step > 6) {
+    throw InputError("every " + std::to_string(options.gaussian_step) +
+                     "th Gaussian was asked for; it must be every 1st, 2nd, 3rd or 6th");
   }
 }
 

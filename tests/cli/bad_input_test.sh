@@ -138,6 +138,9 @@ refuses 2 - 'name of a study is missing' -- study
 refuses 2 - 'nonsense|--help' -- study nonsense -o out
 refuses 2 out '--output' -- study optics --quick
 refuses 4 out 'in/file' -- study optics --quick -o in/file/out
+refuses 4 out 'in/file' -- study tradeoff --quick -o in/file/out
+mkdir in/study && echo '{"settings":{"study":"tradeoff","seed":7}}' >in/study/tradeoff.journal.jsonl
+refuses 2 in/study/tradeoff.json 'tradeoff.journal.jsonl|"seed":7|another folder' -- study tradeoff --quick -o in/study
 
 # --- capture: rig and plan
 rig=$root/config/rigs/simulated_8band.toml

@@ -38,6 +38,7 @@ TEST(PointJournal, MeasuresNoPointTwice) {
   ASSERT_EQ(run.records.size(), 3u);
   for (int i = 0; i < 3; ++i) EXPECT_EQ(run.records[i]["value"], i + 1);
   EXPECT_THROW(RunPoints(folder.path(), "study", {{"seed", 2}}, plan, {}), InputError);
+  EXPECT_THROW(ReadRecords(run, [](const nlohmann::json& record) { record.at("other"); }), InputError);
 }
 
 }  // namespace

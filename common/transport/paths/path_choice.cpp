@@ -71,7 +71,7 @@ BandChoice ChooseModel(const BandTables& tables, const LocalTotals& totals, doub
                        const ForwardOptions& options, int most_terms) {
   BandChoice choice;
   const bool window = conditions.illumination == Illumination::kWindow;
-  if (!window && scene.uniform_besides) {
+  if (!window && scene.uniform_besides && options.path_lengths == kAutomaticPaths) {
     choice.error = std::hypot(LocalError(tables, totals, scene, conditions.pixel_size_mm), kTables);
     if (choice.error <= kShareOfTolerance * options.tolerance) {
       choice.rung = Rung::kLocal;

@@ -209,8 +209,9 @@ PathPlan MakePlan(const BandTables& t, const AbsorptionRange& epidermis, const A
                                          &t.r1_backward_black.transforms()};
   const TransformTable* const lower[] = {&t.r2_diffuse.transforms(), &t.r2_normal.transforms()};
   const ScenePaths e = ReducePaths(std::span(upper).first(black_tape ? 5 : 4), epidermis.lowest,
-                                   epidermis.highest, options.tolerance);
-  const ScenePaths d = ReducePaths(lower, dermis.lowest, dermis.highest, options.tolerance);
+                                   epidermis.highest, options.tolerance, options.path_lengths);
+  const ScenePaths d =
+      ReducePaths(lower, dermis.lowest, dermis.highest, options.tolerance, options.path_lengths);
   const Planner planner(frames, options);
   PathPlan plan;
   plan.epidermis_mm = e.lengths_mm;

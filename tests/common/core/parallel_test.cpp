@@ -78,6 +78,7 @@ int MostAtOnce(int count) {
 TEST(ThreadLimit, BoundsHowManyBodiesRunAtOnce) {
   const ThreadLimit limit(1);
   EXPECT_EQ(MostAtOnce(20), 1);
+  EXPECT_EQ(AllowedThreads(), 1);
 }
 
 // A limit ends with its scope; on a machine of one core there is nothing to see.

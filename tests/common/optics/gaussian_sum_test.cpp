@@ -76,6 +76,26 @@ TEST(GaussianFitter, StartDoesNotMatter) {
   for (const double f : k) EXPECT_NEAR(GaussianSumTransform(cold, f), GaussianSumTransform(warm, f), 1e-6);
 }
 
+// Source: the header, and least squares: fewer Gaussians keep the total and are further off the transform.
+TEST(GaussianFitter, TakesEveryNthGaussian) {
+  const auto k = TableFrequencies_per_mm();
+  std::vector<double> transform;
+  for (const double f : k)
+    transform.push_back(MultipoleSlab({1.0, 9.2, 1.4}, 0.25, 3.2, 1.07).Reflectance(f));
+  double last = 0.0;
+  for (const int step : {1, 2, 3, 6}) {
+    const GaussianWeights weights = GaussianFitter(k, step).Fit(transform);
+    EXPECT_NEAR(Sum(weights), transform[0], 1e-7 * transform[0] + 1e-8);
+    double square = 0.0;
+    for (int i = 0; i < kGaussianCount; ++i)
+      if (i % step != 0) EXPECT_EQ(weights[i], 0.0f) << step << ' ' << i;
+    for (std::size_t i = 0; i < k.size(); ++i)
+      square += std::pow(GaussianSumTransform(weights, k[i]) - transform[i], 2);
+    EXPECT_GT(square, last) << step;
+    last = square;
+  }
+}
+
 // The multipole's sum of dipoles in real space, which the fit never saw: R(r) of the sum of Gaussians within
 // 1 % from 0.03 to 1 mm (450 nm, melanin from fair to dark).
 TEST(FitGaussianSum, HoldsTheProfileInRealSpace) {

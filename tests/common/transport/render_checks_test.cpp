@@ -44,6 +44,12 @@ TEST(RenderChecks, NameWhatIsWrongWithAModel) {
   bad = options;
   bad.terms = -7;
   EXPECT_THAT(Sentence([&] { CheckModelInputs({&band, 1}, conditions, bad); }), HasSubstr("-7"));
+  bad = options;
+  bad.path_lengths = 17;
+  EXPECT_THAT(Sentence([&] { CheckModelInputs({&band, 1}, conditions, bad); }), HasSubstr("17; it must be"));
+  bad = options;
+  bad.gaussian_step = 4;
+  EXPECT_THAT(Sentence([&] { CheckModelInputs({&band, 1}, conditions, bad); }), HasSubstr("every 4th"));
 }
 
 // The same for the planes of a render.
