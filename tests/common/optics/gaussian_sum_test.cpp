@@ -87,8 +87,11 @@ TEST(GaussianFitter, TakesEveryNthGaussian) {
     const GaussianWeights weights = GaussianFitter(k, step).Fit(transform);
     EXPECT_NEAR(Sum(weights), transform[0], 1e-7 * transform[0] + 1e-8);
     double square = 0.0;
-    for (int i = 0; i < kGaussianCount; ++i)
-      if (i % step != 0) EXPECT_EQ(weights[i], 0.0f) << step << ' ' << i;
+    for (int i = 0; i < kGaussianCount; ++i) {
+      if (i % step != 0) {
+        EXPECT_EQ(weights[i], 0.0f) << step << ' ' << i;
+      }
+    }
     for (std::size_t i = 0; i < k.size(); ++i)
       square += std::pow(GaussianSumTransform(weights, k[i]) - transform[i], 2);
     EXPECT_GT(square, last) << step;
