@@ -20,6 +20,7 @@ constexpr double kExactTolerance = 1e-5;
 constexpr int kJudgeNodes = 12;
 constexpr int kSkinsSide = 8;
 constexpr double kApart_mm = 50.0;
+constexpr double kVaried = 0.2;
 constexpr double kEdgePixel_mm = 0.06, kBesideEdge_mm = 1.2;
 constexpr int kWindowSide = 24;
 constexpr double kWindowPixel_mm = 0.15;
@@ -104,9 +105,16 @@ KnownStack StabilityBench::Skins(const ParameterVector& middle, const TissueConf
   KnownStack known;
   known.truth = ParameterMaps(kSkinsSide, kSkinsSide, middle);
   std::mt19937_64 generator(seed);
-  std::uniform_real_distribution<double> varied(0.8, 1.2);
-  for (PlaneF& plane : known.truth.planes)
-    for (float& value : plane.values()) value = static_cast<float>(value * varied(generator));
+  std::uniform_real_distribution<double> phase(0.0, 6.283185307179586), waves(0.5, 1.5);
+  for (PlaneF& plane : known.truth.planes) {
+    const double at_x = phase(generator), at_y = phase(generator);
+    const double of_x = waves(generator) * 6.283185307179586 / kSkinsSide;
+    const double of_y = waves(generator) * 6.283185307179586 / kSkinsSide;
+    for (int y = 0; y < kSkinsSide; ++y)
+      for (int x = 0; x < kSkinsSide; ++x)
+        plane(x, y) *=
+            static_cast<float>(1.0 + kVaried * std::sin(of_x * x + at_x) * std::cos(of_y * y + at_y));
+  }
   for (float& value : known.truth[Parameter::kBeta_m].values()) value = std::min(value, 1.0f);
   known.stack = EmptyStack(StudyBands(), kSkinsSide, kSkinsSide, kApart_mm, Illumination::kUniform);
   for (std::size_t b = 0; b < known.stack.bands.size(); ++b) {

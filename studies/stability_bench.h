@@ -32,8 +32,8 @@ class StabilityBench {
   // Freckles on skin of C_m 0.06, twice as much inside, rendered by the forward model at tolerance 1e-5. No
   // noise yet.
   const KnownStack& Freckled(const std::vector<Band>& bands);
-  // 8 x 8 pixels of 50 mm, so that none sees another: skins like `middle`, each of its own (contents vary by
-  // a fifth), by adding-doubling under wide light.
+  // 8 x 8 pixels of 50 mm, so that none sees another's light: skin like `middle` whose contents vary by up to
+  // a fifth, in waves of their own, by adding-doubling under wide light.
   KnownStack Skins(const ParameterVector& middle, const TissueConfig& tissue, std::uint64_t seed) const;
   // One row of pixels of 0.06 mm across an edge of melanin, 0.05 to 0.3, which rises (10 to 90 %) over
   // `width_mm`; by Monte Carlo, with its standard error as sigma. Wide light.

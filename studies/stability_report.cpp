@@ -55,7 +55,7 @@ Chart CurveOf(const StabilityStudy& study, const std::string& sweep) {
 std::vector<std::string> SweepsOf(const StabilityStudy& study) {
   std::vector<std::string> names;
   for (const StabilityPoint& p : study.points)
-    if (names.empty() || names.back() != p.sweep) names.push_back(p.sweep);
+    if (std::find(names.begin(), names.end(), p.sweep) == names.end()) names.push_back(p.sweep);
   return names;
 }
 

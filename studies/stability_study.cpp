@@ -94,16 +94,19 @@ StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const Stab
   const std::vector<Sweep> sweeps = Asked(StabilitySweeps(bench, options.quick), options.sweeps);
   const int noises = options.quick ? 1 : 3;
   std::vector<PlannedPoint> plan;
-  for (const Sweep& sweep : sweeps)
-    for (const FitMethod method : sweep.methods) {
-      if (options.quick && method != FitMethod::kFast) continue;
+  // The default method first: a study that is broken off has that one whole.
+  for (const FitMethod method : {FitMethod::kFast, FitMethod::kDescent, FitMethod::kCeres}) {
+    if (options.quick && method != FitMethod::kFast) continue;
+    for (const Sweep& sweep : sweeps) {
+      if (std::count(sweep.methods.begin(), sweep.methods.end(), method) == 0) continue;
+      const int fits = method == FitMethod::kFast ? noises : 1;
       for (const double value : sweep.values)
-        plan.push_back(
-            {fmt::format("{} {} {:g}", sweep.name, NameOf(method), value), Cost(method), [&, method, value] {
-               return ToJson(MeasurePoint(sweep, method, value, bench,
-                                          method == FitMethod::kFast ? noises : 1, options.seed));
-             }});
+        plan.push_back({fmt::format("{} {} {:g}", sweep.name, NameOf(method), value), Cost(method) * fits,
+                        [&, method, value, fits] {
+                          return ToJson(MeasurePoint(sweep, method, value, bench, fits, options.seed));
+                        }});
     }
+  }
   StabilityStudy study;
   study.options = options;
   study.machine = MachineName();
