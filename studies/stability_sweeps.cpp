@@ -170,7 +170,7 @@ std::vector<Sweep> SkinSweeps(StabilityBench& bench) {
           {"thickness",
            "epidermis over the mean free path at 550 nm",
            judge,
-           {0.05, 0.1, 0.2, 0.4, 0.8, 1.2, 2.0, 4.0, 8.0},
+           {0.1, 0.2, 0.4, 0.8, 1.2, 2.0, 4.0, 8.0},
            1.2,
            true,
            kAllMethods,
