@@ -114,7 +114,7 @@ class PriorToSave {
 
 Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) {
   Outcome outcome;
-  outcome.code = fit.converged ? ExitCode::kSuccess : ExitCode::kGoalNotReached;
+  outcome.code = fit.converged && fit.Explained() ? ExitCode::kSuccess : ExitCode::kGoalNotReached;
   char line[300];
   std::snprintf(line, sizeof line,
                 "%s, %s profiles, %d x %d pixels, %zu bands: rms residual %.5f, chi2 per degree of freedom "
@@ -122,9 +122,10 @@ Outcome Summarize(const FitResult& fit, const std::filesystem::path& directory) 
                 "%.1f s%s\n",
                 fit.method.c_str(), fit.profiles.c_str(), fit.maps.width(), fit.maps.height(),
                 fit.bands.size(), fit.rms_residual, fit.chi2, fit.renders, fit.seconds,
-                !fit.finished    ? ", INTERRUPTED"
-                : !fit.converged ? ", NOT CONVERGED"
-                                 : "");
+                !fit.finished      ? ", INTERRUPTED"
+                : !fit.converged   ? ", NOT CONVERGED"
+                : !fit.Explained() ? ", DATA NOT EXPLAINED"
+                                   : "");
   outcome.text = line;
   for (const std::string& decision : fit.decisions) outcome.text += "  " + decision + "\n";
   outcome.text += (directory / "report.html").string() + "\n";

@@ -205,6 +205,16 @@ double ExpectedScatter(const Outcome& outcome, const FitResult& result) {
          static_cast<double>(std::max<std::size_t>(result.data_count, 1));
 }
 
+double UnexplainedShare(const FitData& data, const Plane<std::uint32_t>& flags) {
+  double fitted = 0.0, unexplained = 0.0;
+  for (std::size_t i = 0; i < flags.size(); ++i) {
+    if (!data.fitted.data()[i]) continue;
+    fitted += 1.0;
+    unexplained += (flags.data()[i] & (kFlagNotConverged | kFlagUnexplained)) != 0;
+  }
+  return fitted > 0.0 ? unexplained / fitted : 0.0;
+}
+
 // The largest tolerance and the smallest that a tenth of the noise is taken for.
 constexpr double kLargestTolerance = 1e-2, kSmallestTolerance = 2e-5;
 constexpr double kQuietTolerance = 0.2;  // of the noise: a render's error above it is no longer hidden in it
@@ -251,6 +261,10 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   WidenByLocalScatter(problem, outcome.state.misfit, ExpectedScatter(outcome, result), result.sigma);
   result.flags = FlagsOf(problem, outcome.state, result.sigma);
   FlagUnexplained(problem, outcome.noise_variance, result.sigma, result.flags);
+  result.unexplained_share = UnexplainedShare(data, result.flags);
+  if (!result.Explained())
+    log.Decide(Format("The model does not explain %.0f %% of the pixels: their maps are not to be trusted.",
+                      100.0 * result.unexplained_share));
   result.candidates = std::move(outcome.candidates);
   result.measured = data.measured;
   result.noise = data.sigma;

@@ -59,6 +59,8 @@ struct FitResult {
   double seconds = 0.0;
   int renders = 0;
   bool converged = false;
+  double unexplained_share = 0.0;  // of the fitted pixels: kFlagNotConverged or kFlagUnexplained
+  bool Explained() const { return unexplained_share <= 0.5; }
   bool finished = true;  // false: it was stopped on the way; --resume goes on
   std::vector<std::pair<std::string, std::string>> settings;  // what decided it (fit/resume.h)
   std::string method;                                         // descent, ...

@@ -116,7 +116,8 @@ std::string HeadlineSection(const ReportContext& context) {
   const FitResult& fit = context.fit();
   std::string html = "<p class=\"kicker\">Skin parameters from a reflectance stack</p>\n<h1>" +
                      EscapeHtml(context.input.name) + "</h1>\n<p class=\"verdict\">";
-  html += fit.converged ? "<span class=\"badge good\">converged</span>"
+  html += fit.converged && !fit.Explained() ? "<span class=\"badge warn\">data not explained</span>"
+          : fit.converged                   ? "<span class=\"badge good\">converged</span>"
           : fit.finished
               ? "<span class=\"badge warn\">not converged</span>"
               : "<span class=\"badge warn\">INTERRUPTED</span><strong role=\"alert\">This fit was "

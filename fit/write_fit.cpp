@@ -69,6 +69,7 @@ nlohmann::ordered_json FitRecord(const FitResult& result) {
   json["seconds"] = result.seconds;
   json["renders"] = result.renders;
   json["converged"] = result.converged;
+  json["unexplained_share"] = result.unexplained_share;
   json["finished"] = result.finished;
   json["method"] = result.method;
   json["profiles"] = result.profiles;
