@@ -14,6 +14,7 @@
 namespace dermap {
 namespace {
 
+constexpr double kLeastError = 1e-4;  // of the range
 constexpr double kTwoSided95 = 1.959964;
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
 
@@ -113,7 +114,9 @@ void Relate(const StabilityPoint& harmless, StabilityPoint& point) {
     const ParameterStability& from = harmless.parameters[k];
     const ParameterStability& p = point.parameters[k];
     // A patch may be right by chance; half a sigma's median is what an honest fit may expect.
-    const double expected = std::max(from.error, 0.5 * kMedianOverSigma * from.sigma);
+    // A map of one value that happens to be the truth has no error at all: then so much of the range counts.
+    const double least = kLeastError * (kParameters[k].upper - kParameters[k].lower);
+    const double expected = std::max({from.error, 0.5 * kMedianOverSigma * from.sigma, least});
     const double ratio = p.error / (expected * std::max(p.bound / from.bound, 1e-6));
     sum += ratio * ratio / kParameterCount;
   }

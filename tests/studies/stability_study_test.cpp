@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
 
@@ -23,13 +24,21 @@ StabilityPoint PointOf(double error, double sigma) {
 // Definition: twice the harmless error where noise allows the same is an excess of 2; where noise allows
 // twice as much, 1.
 TEST(StabilityPoint, ExcessIsOverWhatNoiseAllows) {
-  const StabilityPoint harmless = PointOf(0.01, 0.015);
-  StabilityPoint point = PointOf(0.02, 0.015);
+  const StabilityPoint harmless = PointOf(0.1, 0.15);
+  StabilityPoint point = PointOf(0.2, 0.15);
   Relate(harmless, point);
   EXPECT_NEAR(point.excess, 2.0, 1e-12);
   for (ParameterStability& p : point.parameters) p.bound = 2.0;
   Relate(harmless, point);
   EXPECT_NEAR(point.excess, 1.0, 1e-12);
+}
+
+// A parameter that is not free and by chance exactly right has neither error nor sigma.
+TEST(StabilityPoint, ExcessOfNothingIsANumber) {
+  StabilityPoint harmless = PointOf(0.1, 0.15), point = PointOf(0.1, 0.15);
+  harmless.parameters[2] = point.parameters[2] = {false, 0.0, 1.0, 0.0, 0.0, 1.0};
+  Relate(harmless, point);
+  EXPECT_NEAR(point.excess, std::sqrt(0.8), 1e-9);
 }
 
 TEST(StabilityPoint, SaysWhatTheProgramDid) {
