@@ -102,6 +102,49 @@ TEST(ExactTables, TwoLayerTotalsAgreeWithAddingDoubling) {
   }
 }
 
+// Source: adding-doubling, at absorptions that the correction was not fitted to, junction A 1 to 0.3; where
+// 2e-4 counts as 1 %.
+TEST(TotalsCorrection, BringsTablesToAddingDoubling) {
+  const ExactProfileSource exact;
+  double before = 0.0, after = 0.0;
+  for (const double wavelength_nm : {400.0, 560.0, 720.0}) {
+    const BandTables tables = BuildBandTables(exact, wavelength_nm, TissueConfig{});
+    const double mu_s = ReducedScatteringEpidermis(wavelength_nm, TissueConfig{});
+    for (const double absorbance : {0.0, 0.0175, 1.2}) {
+      for (const double epidermis : {0.03, 0.2, 0.7, 2.2, 9.0, 40.0}) {
+        for (const double dermis : {0.03, 0.15, 0.7, 4.0}) {
+          const double judge =
+              NormalIncidenceTotals(Skin(mu_s, epidermis, dermis, absorbance), 12).reflectance;
+          before = std::max(before, Score(tables.TotalReflectance(epidermis, dermis, absorbance), judge));
+          after = std::max(
+              after, Score(tables.CorrectedDerivatives(epidermis, dermis, absorbance).reflectance, judge));
+        }
+      }
+    }
+  }
+  RecordProperty("worst_percent_before", std::to_string(before));
+  RecordProperty("worst_percent_after", std::to_string(after));
+  EXPECT_GT(before, 0.4);  // or there would be nothing to correct
+  EXPECT_LT(after, 0.15);
+}
+
+// Central differences.
+TEST(TotalsCorrection, DerivativesAreExact) {
+  const BandTables tables = BuildBandTables(ExactProfileSource(), 560.0, TissueConfig{});
+  for (const double absorbance : {0.0175, 0.9}) {
+    const double e = 0.7, d = 0.3, h = 1e-4;
+    const auto at = tables.correction.At(e, d, absorbance);
+    const auto slope = [&](double de, double dd, double dp) {
+      return (tables.correction.At(e + de, d + dd, absorbance + dp).value -
+              tables.correction.At(e - de, d - dd, absorbance - dp).value) /
+             (2.0 * h);
+    };
+    EXPECT_NEAR(at.d_mu_a_epidermis, slope(h, 0.0, 0.0), 1e-7);
+    EXPECT_NEAR(at.d_mu_a_dermis, slope(0.0, h, 0.0), 1e-7);
+    EXPECT_NEAR(at.d_junction_absorbance, slope(0.0, 0.0, h), 1e-7);
+  }
+}
+
 // Two solvers that share only the directions of light, the integral equation and discrete ordinates; source:
 // each other.
 TEST(Anisotropy, IsotropicTotalsAreThoseOfTheIntegralEquation) {
