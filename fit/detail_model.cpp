@@ -33,7 +33,7 @@ double GuessedScatter(std::span<const double> scatter, int octave) {
 // finer octaves do not show, may far exceed its noise. Where they do, the guess is dropped; what stays is a
 // variance from a handful of data, whose own uncertainty (Student's t) widens it by n / (n - 2).
 double UnforeseenScatter(const DetailStatistics& mean, std::span<const double> scatter, int octave) {
-  constexpr double kUnforeseen = 4.0;  // times the guess: chance does that to three data once in 150 times
+  constexpr double kUnforeseen = 4.0;  // times the guess: chance does that to three data once in 135 times
   const double count = mean.residual_count;
   if (count < 0.5) return 0.0;
   const double found = mean.residual_squares / count;

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "studies/study_scenes.h"
 #include "tests/reference/monte_carlo.h"
 
 namespace dermap {
@@ -43,6 +44,15 @@ reference::MonteCarloScene SceneOf(const Strip& strip, const Chromophores& chrom
 }
 
 }  // namespace
+
+std::vector<ParameterVector> MelaninEdge(double width_mm, double pixel_mm, double beside_mm) {
+  const int pixels = 2 * static_cast<int>(std::ceil((beside_mm + width_mm) / pixel_mm));
+  std::vector<ParameterVector> skin(pixels, AverageSkin());
+  for (int i = 0; i < pixels; ++i)
+    skin[i][static_cast<int>(Parameter::kC_m)] =
+        0.05 + 0.25 * Rise((i + 0.5 - 0.5 * pixels) * pixel_mm, width_mm);
+  return skin;
+}
 
 JudgedStrip JudgeStrip(const Strip& strip, const Chromophores& chromophores, std::uint64_t photons,
                        std::uint64_t seed, int threads) {

@@ -17,6 +17,10 @@ struct Strip {
   std::vector<ParameterVector> skin;  // one a pixel
 };
 
+// Average skin whose melanin rises from C_m 0.05 to 0.3 along the strip, the middle 80 % of the rise over
+// `width_mm`, with `beside_mm` of even skin on either side.
+std::vector<ParameterVector> MelaninEdge(double width_mm, double pixel_mm, double beside_mm);
+
 struct JudgedStrip {
   std::vector<double> reflectance, standard_error;  // one a pixel
 };

@@ -19,21 +19,6 @@ constexpr double kPixel_mm = 0.03;
 constexpr double kBeside_mm = 0.9;  // of even skin on either side of an edge
 constexpr double kAsked = 0.02;     // rms beyond the judge's noise
 
-Strip EdgeOf(double wavelength_nm, double width_mm) {
-  Strip strip{.wavelength_nm = wavelength_nm, .pixel_size_mm = kPixel_mm, .skin = {}};
-  const int pixels = 2 * static_cast<int>(std::ceil((kBeside_mm + width_mm) / kPixel_mm));
-  for (int i = 0; i < pixels; ++i) {
-    const double x_mm = (i + 0.5 - 0.5 * pixels) * kPixel_mm;
-    // An error function rises from 10 to 90 % over 2.563 standard deviations.
-    const double share = width_mm > 0.0 ? 0.5 * std::erfc(-x_mm / (width_mm / 2.563 * std::sqrt(2.0)))
-                                        : (x_mm > 0.0 ? 1.0 : 0.0);
-    ParameterVector skin = AverageSkin();
-    skin[static_cast<int>(Parameter::kC_m)] = 0.05 + 0.25 * share;
-    strip.skin.push_back(skin);
-  }
-  return strip;
-}
-
 void Judge(SharpnessStudy& study) {
   double reciprocal = 0.0, noise = 0.0;
   for (const SharpnessPoint& p : study.points) {
@@ -93,7 +78,7 @@ SharpnessStudy RunSharpnessStudy(const SharpnessStudyOptions& options, const Pro
     SharpnessPoint point;
     point.width_mm = width * mean_free_path_mm;
     point.width_per_mean_free_path = width;
-    const Strip strip = EdgeOf(study.wavelength_nm, point.width_mm);
+    const Strip strip{study.wavelength_nm, kPixel_mm, MelaninEdge(point.width_mm, kPixel_mm, kBeside_mm)};
     // Wider strips need more photons for the same noise.
     const double share = static_cast<double>(strip.skin.size()) * kPixel_mm / (2.0 * kBeside_mm);
     const auto photons = static_cast<std::uint64_t>(static_cast<double>(study.photons) * share);

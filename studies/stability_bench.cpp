@@ -50,20 +50,6 @@ reference::LayerStack LayersOf(const ParameterVector& p, const Absorbers& absorb
           tissue.n_dermis};
 }
 
-// Skin across an edge, one value a pixel.
-std::vector<ParameterVector> EdgeSkin(double width_mm) {
-  const int pixels = 2 * static_cast<int>(std::ceil((kBesideEdge_mm + width_mm) / kEdgePixel_mm));
-  std::vector<ParameterVector> skin(pixels, AverageSkin());
-  for (int i = 0; i < pixels; ++i) {
-    const double x_mm = (i + 0.5 - 0.5 * pixels) * kEdgePixel_mm;
-    // An error function rises from 10 to 90 % over 2.563 standard deviations.
-    const double share = width_mm > 0.0 ? 0.5 * std::erfc(-x_mm / (width_mm / 2.563 * std::sqrt(2.0)))
-                                        : (x_mm > 0.0 ? 1.0 : 0.0);
-    skin[i][static_cast<int>(Parameter::kC_m)] = 0.05 + 0.25 * share;
-  }
-  return skin;
-}
-
 int Threads() {
   return static_cast<int>(std::max(1u, std::thread::hardware_concurrency()));
 }
@@ -133,7 +119,7 @@ KnownStack StabilityBench::Skins(const ParameterVector& middle, const TissueConf
 const KnownStack& StabilityBench::Edge(double width_mm) {
   KnownStack& known = edges_[width_mm];
   if (!known.stack.bands.empty()) return known;
-  const std::vector<ParameterVector> skin = EdgeSkin(width_mm);
+  const std::vector<ParameterVector> skin = MelaninEdge(width_mm, kEdgePixel_mm, kBesideEdge_mm);
   const int width = static_cast<int>(skin.size());
   known.truth = ParameterMaps(width, 1, AverageSkin());
   for (int x = 0; x < width; ++x)

@@ -2,6 +2,9 @@
 // Fits counted.
 #include "studies/stability_point.h"
 
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -50,18 +53,6 @@ void Count(const StabilityCase& made, const FitResult& fit, Tally& tally) {
   }
 }
 
-// Decisions that warn, as far as the study can tell: those that name something wrong.
-std::string Warnings(const std::vector<std::string>& decisions) {
-  std::string said;
-  for (const std::string& decision : decisions)
-    for (const char* word : {"scatter", "too bright", "too dark", "hang on", "unexplained", "not converge"})
-      if (decision.find(word) != std::string::npos) {
-        said += (said.empty() ? "" : " ") + decision;
-        break;
-      }
-  return said;
-}
-
 void Conclude(const Tally& tally, StabilityPoint& point) {
   point.flagged = tally.pixels > 0.0 ? tally.flagged / tally.pixels : kNaN;
   for (int k = 0; k < kParameterCount; ++k) {
@@ -99,7 +90,7 @@ StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, 
       point.converged &= fit.converged;
       point.chi2 += fit.chi2 / noises;
       point.seconds += fit.seconds;
-      point.said = Warnings(fit.decisions);
+      point.said = fmt::format("{}", fmt::join(fit.decisions, " "));
     } catch (const InputError& error) {
       point.refusal = error.what();
     }

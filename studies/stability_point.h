@@ -29,7 +29,7 @@ struct StabilityPoint {
   double chi2 = 0.0;      // per degree of freedom, mean
   bool converged = true;  // all of them
   std::string refusal{};  // the error in place of a fit; else empty
-  std::string said{};     // decisions of the last fit that warn
+  std::string said{};     // decisions of the last fit
   double seconds = 0.0;   // of all fits
   // To be compared with the harmless point (Relate).
   double excess = 0.0;  // error over what noise allows, root mean square over the parameters

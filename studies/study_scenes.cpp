@@ -17,12 +17,6 @@
 namespace dermap {
 namespace {
 
-// 1 inside, 0 outside; rises from 10 to 90 % over `edge_mm` (2.563 standard deviations of an error function).
-double Rise(double inside_mm, double edge_mm) {
-  return edge_mm > 0.0 ? 0.5 * std::erfc(-inside_mm / (edge_mm / 2.563 * std::sqrt(2.0)))
-                       : (inside_mm > 0.0 ? 1.0 : 0.0);
-}
-
 // Centre and radius of freckles, mm.
 constexpr std::array<std::array<double, 3>, 6> kFreckles{
     {{1.6, 1.7, 0.55}, {4.9, 1.3, 0.4}, {3.4, 3.6, 0.8}, {6.1, 4.4, 0.5}, {1.5, 5.6, 0.45}, {4.6, 6.2, 0.6}}};
@@ -70,6 +64,12 @@ ParameterMaps Tattoo(int size) {
 }
 
 }  // namespace
+
+// 10 to 90 % are 2.563 standard deviations.
+double Rise(double inside_mm, double edge_mm) {
+  return edge_mm > 0.0 ? 0.5 * std::erfc(-inside_mm / (edge_mm / 2.563 * std::sqrt(2.0)))
+                       : (inside_mm > 0.0 ? 1.0 : 0.0);
+}
 
 std::vector<Band> StudyBands() {
   std::vector<Band> bands;

@@ -30,6 +30,9 @@ ParameterMaps StudySkin(const std::string& name, int size);
 // `contrast` times as much inside.
 ParameterMaps FreckledSkin(int size, double base, double contrast, double edge_mm);
 
+// The profile of an edge: 1 inside, 0 outside; an error function that rises from 10 to 90 % over `edge_mm`.
+double Rise(double inside_mm, double edge_mm);
+
 // What a Monte Carlo says of monte_carlo_skin, in cells of 0.23 mm, with its standard error as sigma.
 ReflectanceStack MonteCarloStack();
 

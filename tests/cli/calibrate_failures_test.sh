@@ -4,14 +4,8 @@
 # finding, a picture of it, and nothing that looks like a result.
 # Usage: calibrate_failures_test.sh DERMAP MAKE_INPUTS ROOT
 set -uo pipefail
-dermap=$(realpath "$1")
-root=$(realpath "$3")
-export DERMAP_CONFIG_DIR=$root/config
-work=$(mktemp -d "${TMPDIR:-/tmp}/dermap_failures.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
 # shellcheck source=harness.sh
-. "$root/tests/cli/harness.sh"
+. "$(dirname "$0")/harness.sh" "$@"
 
 # --- a good session of two bands, and frames of others to put in the place of its own
 rig=$root/config/rigs/simulated_8band.toml

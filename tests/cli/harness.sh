@@ -1,6 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 # Sourced by the command-line tests: runs dermap and holds it to what every command promises.
-# Needs: $dermap (the program), $work (an empty folder of the test's own).
+# Sourced as `. harness.sh DERMAP MAKE_INPUTS ROOT`: sets $dermap (the program), $make_inputs (makes small files), $root (the
+# project) and $work, an empty folder of the test's own that goes with it, and moves there.
+dermap=$(realpath "$1")
+make_inputs=$(realpath "$2")
+root=$(realpath "$3")
+export DERMAP_CONFIG_DIR=$root/config
+work=$(mktemp -d "${TMPDIR:-/tmp}/dermap_cli.XXXXXX")
+trap 'rm -rf "$work"' EXIT
+cd "$work" || exit 1
+
 failures=0
 checks=0
 

@@ -3,15 +3,8 @@
 # A fit that is interrupted leaves what it has, marked, and goes on from there. Usage:
 # interrupted_fit_test.sh DERMAP MAKE_INPUTS ROOT
 set -uo pipefail
-dermap=$(realpath "$1")
-make_inputs=$(realpath "$2")
-root=$(realpath "$3")
-export DERMAP_CONFIG_DIR=$root/config
-work=$(mktemp -d "${TMPDIR:-/tmp}/dermap_cli.XXXXXX")
-trap 'rm -rf "$work"' EXIT
-cd "$work" || exit 1
 # shellcheck source=harness.sh
-. "$root/tests/cli/harness.sh"
+. "$(dirname "$0")/harness.sh" "$@"
 
 mkdir in
 "$make_inputs" in || exit 1
