@@ -45,8 +45,9 @@ struct FitOptions {
   std::vector<Parameter> free_parameters;  // empty ("auto"): fast weighs the evidence, descent counts bands
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
   std::optional<LearntPrior> prior;              // what earlier fits found; fast only
-  StartPoint start = StartPoint::kAverage;       // of descent and, if random, ceres: fast starts from the local inversion
-  int size = 0;  // pixels along the longer side; 0: the largest that the time budget allows
+  StartPoint start =
+      StartPoint::kAverage;  // of descent and, if random, ceres: fast starts from the local inversion
+  int size = 0;              // pixels along the longer side; 0: the largest that the time budget allows
   double time_budget_s = 60.0;
   int max_iterations = 400;  // [D08 6.3]
   double stop_chi2 =
