@@ -24,6 +24,8 @@ constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is
 constexpr double kUnevenness = 0.1;
 constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
 constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
+constexpr int kCheckedSize = 64;       // pixels along the longer side, at which the pixels' is doubted
+constexpr double kDoubted = 0.05;     // probability that something told is wrong
 constexpr int kMostSuspicions = 3;    // corrections of a band's gain, each a smaller one
 
 // Halved, rounding up, as the octaves are.
@@ -66,6 +68,18 @@ ParameterMaps Enlarged(const PatchProblem& problem, const ParameterMaps& maps) {
     for (float& value : large.Unknown(p).values())
       value = std::clamp(value, static_cast<float>(InfoOf(p).lower), static_cast<float>(InfoOf(p).upper));
   return large;
+}
+
+// Logarithm by which the data prefer that the junction's absorbance is free.
+double JunctionEvidence(const std::vector<Candidate>& candidates) {
+  const auto has_junction = [](const Candidate& c) {
+    return std::count(c.free.begin(), c.free.end(), Parameter::kJunctionAbsorbance) > 0;
+  };
+  if (candidates.empty() || !has_junction(candidates.front())) return 0.0;
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates)
+    if (!has_junction(candidate)) best = std::max(best, candidate.log_evidence);
+  return candidates.front().log_evidence - best;
 }
 
 // Values of what a candidate does not free.
@@ -144,6 +158,7 @@ class CoarseToFine {
     SizeFit fit(problem, detail, outcome_.fixed);
     OctaveStep last;
     fit.Refine(outcome_.state, kCoarseRest, log_, last);
+    CheckThickness(problem, detail);
     if (outcome_.state.misfit.Chi2PerDatum() > kUnexplained) LeaveOneOut(data, model, first);
     for (int again = 0; again < kMostSuspicions; ++again) {
       const auto suspect = FindSuspectBand(problem, LineariseInOctaves(problem, outcome_.state), detail,
@@ -196,7 +211,8 @@ class CoarseToFine {
       log_.renders_before += problem.renders();
       if (trial.state.misfit.Chi2PerDatum() > least) continue;
       least = trial.state.misfit.Chi2PerDatum();
-      suspect = {b, GainError(data, b, trial.state.predicted[b])};
+        suspect = {b, GainError(data, b, trial.state.predicted[b]),
+               0.5 * (outcome_.state.misfit.chi2 - trial.state.misfit.chi2)};
       best = std::move(trial);
     }
     if (!best || std::abs(suspect.gain_error) < kLoudGain) return;
@@ -220,7 +236,8 @@ class CoarseToFine {
   void SetRight(const SuspectBand& suspect, FitData& data) {
     const double gain = 1.0 + suspect.gain_error;
     const double before = outcome_.suspect ? outcome_.suspect->gain_error : 0.0;
-    outcome_.suspect = SuspectBand{suspect.band, (1.0 + before) * gain - 1.0};
+    const double evidence = outcome_.suspect ? outcome_.suspect->log_evidence : 0.0;
+    outcome_.suspect = SuspectBand{suspect.band, (1.0 + before) * gain - 1.0, evidence + suspect.log_evidence};
     for (FitData* of : {&data, &data_}) {
       for (float& value : of->measured[suspect.band].values()) value = static_cast<float>(value / gain);
       for (float& value : of->sigma[suspect.band].values()) value = static_cast<float>(value / gain);
@@ -243,8 +260,12 @@ class CoarseToFine {
     outcome_.converged = SizeFit(problem, detail, outcome_.fixed)
                              .Refine(outcome_.state, finest ? kRest : kCoarseRest, log_, last);
     log_.renders_before += problem.renders();
+    if (first == seen_from_) DoubtThickness(problem);
+    const int longer = std::max(data.width(), data.height());
+    if (longer <= kCheckedSize && (finest || 2 * longer - 1 > kCheckedSize)) DoubtPixelSize(problem, detail);
     if (!finest) return;
     outcome_.variance = all_detail_ ? VarianceOfAll(data, model, first) : std::move(last.variance);
+    AddDoubts(outcome_.variance);
     outcome_.noise_variance = VarianceOfNoise(problem, first);
     outcome_.adapted_parameters = last.adapted_parameters;
     for (std::size_t l = 0; l < last.statistics.size(); ++l) {
@@ -272,10 +293,63 @@ class CoarseToFine {
     }
   }
 
-  // What noise alone would leave, where residuals scatter much farther than it.
+  // Before anything else is made of what it leaves: a band's gain, or the junction's absorbance.
+  void CheckThickness(const PatchProblem& problem, const DetailView& detail) {
+    thickness_ = CheckAssumption(Assumption::kThickness,
+                                 AnswerToThickness(problem, outcome_.state, options_.profiles), problem,
+                                 outcome_.state, detail, outcome_.fixed);
+    thickness_of_ = problem.space().free();
+  }
+
+  // What is made of it once it is known what else was found.
+  void DoubtThickness(const PatchProblem& problem) {
+    const double others = JunctionEvidence(outcome_.candidates) +
+                          (outcome_.suspect ? outcome_.suspect->log_evidence : 0.0);
+    std::vector<PlaneF> maps;
+    for (const Parameter p : problem.space().free())
+      maps.push_back(thickness_.maps[static_cast<std::size_t>(
+          std::find(thickness_of_.begin(), thickness_of_.end(), p) - thickness_of_.begin())]);
+    thickness_.maps = std::move(maps);
+    AddDoubt(problem, thickness_, others);
+  }
+
+  void DoubtPixelSize(const PatchProblem& problem, const DetailView& detail) {
+    AddDoubt(problem,
+             CheckAssumption(Assumption::kPixelSize, AnswerToPixelSize(problem, outcome_.state), problem,
+                             outcome_.state, detail, outcome_.fixed),
+             0.0);
+  }
+
+  void AddDoubt(const PatchProblem& problem, const AssumptionCheck& check, double evidence_of_others) {
+    Doubt doubt{check.assumption, check.log_error, check.sigma,
+                1.0 / (1.0 + std::exp(evidence_of_others - check.log_evidence)), {}};
+    for (int j = 0; j < problem.space().count(); ++j) {
+      PlaneF& shift = doubt.shift.emplace_back(check.maps[j]);
+      const PlaneF& now = outcome_.state.maps.Unknown(problem.space().parameter(j));
+      for (std::size_t i = 0; i < shift.size(); ++i)
+        shift.data()[i] -= static_cast<float>(now.data()[i] / problem.space().scale(j));
+    }
+    outcome_.doubts.push_back(std::move(doubt));
+  }
+
+  // How the maps would move if what was told were wrong, as likely as the data make that.
+  void AddDoubts(std::vector<PlaneF>& variance) const {
+    for (const Doubt& doubt : outcome_.doubts)
+      for (std::size_t j = 0; j < variance.size(); ++j) {
+        PlaneF square = doubt.shift[j];
+        for (float& value : square.values()) value *= value * static_cast<float>(doubt.probability);
+        square = ResizeLinear(square, variance[j].width(), variance[j].height());
+        for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];
+      }
+  }
+
+  // What noise alone would leave, where more was found.
   std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, int first) {
     const std::vector<double>& scatter = outcome_.detail.scatter;
-    if (*std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter) return {};
+    const bool doubted =
+        std::any_of(outcome_.doubts.begin(), outcome_.doubts.end(),
+                    [](const Doubt& doubt) { return doubt.probability > kDoubted; });
+    if (!doubted && *std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter) return {};
     DetailModel quiet = outcome_.detail;
     std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
     return SolveInOctaves(problem, LineariseInOctaves(problem, outcome_.state), ViewFrom(quiet, first),
@@ -335,6 +409,8 @@ class CoarseToFine {
   const FitOptions& options_;
   RunLog& log_;
   FastOutcome outcome_;
+  AssumptionCheck thickness_;
+  std::vector<Parameter> thickness_of_;  // the free parameters then
   std::optional<DetailModel> all_detail_;  // of all unknowns, where too few bands forced a choice
   int seen_from_ = 0;                      // octave of the coarsest size's pixels
 };

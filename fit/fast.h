@@ -3,10 +3,12 @@
 // each followed by a full render that says what is left.
 #pragma once
 
+#include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
 
+#include "fit/assumptions.h"
 #include "fit/band_check.h"
 #include "fit/detail_model.h"
 #include "fit/options.h"
@@ -19,17 +21,28 @@ namespace dermap {
 // Makes the forward model for a pixel size.
 using ModelMaker = std::function<ForwardModel(const ImagingConditions&)>;
 
+// Something that the fit was told and that the data speak against.
+struct Doubt {
+  Assumption assumption = Assumption::kPixelSize;
+  double log_error = 0.0, sigma = 0.0;  // logarithm of the true value over the told one
+  double probability = 0.0;             // that this, and not what the fit took for it, explains the data
+  // Further off the maps' answer is no longer close to linear, and what they would be is a guess.
+  bool IsGross() const { return probability > 0.5 && std::abs(log_error) > 0.3; }
+  std::vector<PlaneF> shift;            // of each free parameter, if so: scaled units, at any size
+};
+
 struct FastOutcome {
   FitState state;
   bool converged = false;
   std::vector<Parameter> free;         // as asked for, or chosen
   SkinPoint fixed{};                   // values of what is not free
   std::optional<SuspectBand> suspect;  // its data were divided by 1 + gain_error
+  std::vector<Doubt> doubts;
   std::vector<Candidate> candidates;   // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
   std::vector<FreeVector> spread;      // [octave][free parameter], standard deviations, scaled units
   std::vector<PlaneF> variance;        // of each free parameter, scaled units
-  std::vector<PlaneF> noise_variance;  // the same by noise alone; empty where residuals scatter as noise does
+  std::vector<PlaneF> noise_variance;  // the same by noise alone; empty where it is the same
   double adapted_parameters = 0.0;     // degrees of freedom of the fitted model
 };
 

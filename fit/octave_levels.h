@@ -21,7 +21,13 @@ struct OctaveLevel {
   std::vector<PlaneF> position, detail;
 };
 
+// Calibration and tables are good to so much of the reflectance, which all pixels of a band share: of a
+// patch's mean, whose noise is less, nothing is known better than that.
+inline constexpr double kSharedError = 1e-3;
+
 // Finest first, down to a single pixel.
 std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state);
+// Makes the residuals of all levels anew from those of the finest.
+void CoarsenResiduals(std::vector<OctaveLevel>& levels);
 
 }  // namespace dermap
