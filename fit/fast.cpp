@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "common/core/parallel.h"
+#include "fit/fast_variance.h"
 #include "fit/local_start.h"
 #include "fit/octave_solver.h"
 #include "fit/resample.h"
@@ -21,11 +22,7 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
-constexpr double kUnevenness = 0.1;
-constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
-constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
 constexpr int kCheckedSize = 64;       // pixels along the longer side, at which the pixels' is doubted
-constexpr double kDoubted = 0.05;     // probability that something told is wrong
 constexpr int kMostSuspicions = 3;    // corrections of a band's gain, each a smaller one
 
 // Halved, rounding up, as the octaves are.
@@ -68,18 +65,6 @@ ParameterMaps Enlarged(const PatchProblem& problem, const ParameterMaps& maps) {
     for (float& value : large.Unknown(p).values())
       value = std::clamp(value, static_cast<float>(InfoOf(p).lower), static_cast<float>(InfoOf(p).upper));
   return large;
-}
-
-// Logarithm by which the data prefer that the junction's absorbance is free.
-double JunctionEvidence(const std::vector<Candidate>& candidates) {
-  const auto has_junction = [](const Candidate& c) {
-    return std::count(c.free.begin(), c.free.end(), Parameter::kJunctionAbsorbance) > 0;
-  };
-  if (candidates.empty() || !has_junction(candidates.front())) return 0.0;
-  double best = -std::numeric_limits<double>::infinity();
-  for (const Candidate& candidate : candidates)
-    if (!has_junction(candidate)) best = std::max(best, candidate.log_evidence);
-  return candidates.front().log_evidence - best;
 }
 
 // Values of what a candidate does not free.
@@ -158,7 +143,7 @@ class CoarseToFine {
     SizeFit fit(problem, detail, outcome_.fixed);
     OctaveStep last;
     fit.Refine(outcome_.state, kCoarseRest, log_, last);
-    CheckThickness(problem, detail);
+    outcome_.doubts.CheckThickness(problem, outcome_.state, detail, outcome_.fixed, options_.profiles);
     if (outcome_.state.misfit.Chi2PerDatum() > kUnexplained) LeaveOneOut(data, model, first);
     for (int again = 0; again < kMostSuspicions; ++again) {
       const auto suspect = FindSuspectBand(problem, LineariseInOctaves(problem, outcome_.state), detail,
@@ -174,11 +159,8 @@ class CoarseToFine {
     const Candidate& chosen = outcome_.candidates.front();
     outcome_.free = chosen.free;
     outcome_.fixed = FixedBy(chosen, outcome_.fixed);
-    if (chosen.free.size() < AllUnknowns().size()) {
-      all_detail_ = outcome_.detail;
-      if (!LacksBands(outcome_.candidates, data.band_count()))
-        TakeFixedAsFound(problem, all_detail_->prior.back());
-    }
+    variance_.HoldFixed(problem, outcome_.state, outcome_.detail, outcome_.free, outcome_.fixed, first,
+                        !LacksBands(outcome_.candidates, data.band_count()));
     const ParameterSpace space(outcome_.free);
     Keep(problem.space(), space, outcome_.detail);
     outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
@@ -260,13 +242,17 @@ class CoarseToFine {
     outcome_.converged = SizeFit(problem, detail, outcome_.fixed)
                              .Refine(outcome_.state, finest ? kRest : kCoarseRest, log_, last);
     log_.renders_before += problem.renders();
-    if (first == seen_from_) DoubtThickness(problem);
+    if (first == seen_from_)
+      outcome_.doubts.SettleThickness(problem, outcome_.state,
+                                      JunctionEvidence(outcome_.candidates) +
+                                          (outcome_.suspect ? outcome_.suspect->log_evidence : 0.0));
     const int longer = std::max(data.width(), data.height());
-    if (longer <= kCheckedSize && (finest || 2 * longer - 1 > kCheckedSize)) DoubtPixelSize(problem, detail);
+    if (longer <= kCheckedSize && (finest || 2 * longer - 1 > kCheckedSize))
+      outcome_.doubts.CheckPixelSize(problem, outcome_.state, detail, outcome_.fixed);
     if (!finest) return;
-    outcome_.variance = all_detail_ ? VarianceOfAll(data, model, first) : std::move(last.variance);
-    AddDoubts(outcome_.variance);
-    outcome_.noise_variance = VarianceOfNoise(problem, first);
+    outcome_.variance = variance_.Of(problem, outcome_, first, last);
+    outcome_.doubts.AddTo(outcome_.variance);
+    outcome_.noise_variance = VarianceOfNoise(problem, outcome_, first);
     outcome_.adapted_parameters = last.adapted_parameters;
     for (std::size_t l = 0; l < last.statistics.size(); ++l) {
       FreeVector& spread = outcome_.spread.emplace_back(FreeVector{});
@@ -275,86 +261,6 @@ class CoarseToFine {
         spread[j] = std::sqrt(detail.prior[l][j] * std::clamp(undecided, 1e-6, 1.0));
       }
     }
-  }
-
-  // What is not free differs from its fixed value about as much as the fit with all free found: the evidence
-  // says that this is little, not that it is nothing.
-  void TakeFixedAsFound(const PatchProblem& problem, FreeVector& mean_variance) const {
-    const ParameterSpace& space = problem.space();
-    for (int j = 0; j < space.count(); ++j) {
-      if (std::count(outcome_.free.begin(), outcome_.free.end(), space.parameter(j)) > 0) continue;
-      double sum = 0.0;
-      const PlaneF& plane = outcome_.state.maps.Unknown(space.parameter(j));
-      for (const float value : plane.values()) sum += value;
-      const double offset =
-          (sum / static_cast<double>(plane.size()) - outcome_.fixed[static_cast<int>(space.parameter(j))]) /
-          space.scale(j);
-      mean_variance[j] = std::max(offset * offset, kNoOffset * kNoOffset);
-    }
-  }
-
-  // Before anything else is made of what it leaves: a band's gain, or the junction's absorbance.
-  void CheckThickness(const PatchProblem& problem, const DetailView& detail) {
-    thickness_ = CheckAssumption(Assumption::kThickness,
-                                 AnswerToThickness(problem, outcome_.state, options_.profiles), problem,
-                                 outcome_.state, detail, outcome_.fixed);
-    thickness_of_ = problem.space().free();
-  }
-
-  // What is made of it once it is known what else was found.
-  void DoubtThickness(const PatchProblem& problem) {
-    const double others = JunctionEvidence(outcome_.candidates) +
-                          (outcome_.suspect ? outcome_.suspect->log_evidence : 0.0);
-    std::vector<PlaneF> maps;
-    for (const Parameter p : problem.space().free())
-      maps.push_back(thickness_.maps[static_cast<std::size_t>(
-          std::find(thickness_of_.begin(), thickness_of_.end(), p) - thickness_of_.begin())]);
-    thickness_.maps = std::move(maps);
-    AddDoubt(problem, thickness_, others);
-  }
-
-  void DoubtPixelSize(const PatchProblem& problem, const DetailView& detail) {
-    AddDoubt(problem,
-             CheckAssumption(Assumption::kPixelSize, AnswerToPixelSize(problem, outcome_.state), problem,
-                             outcome_.state, detail, outcome_.fixed),
-             0.0);
-  }
-
-  void AddDoubt(const PatchProblem& problem, const AssumptionCheck& check, double evidence_of_others) {
-    Doubt doubt{check.assumption, check.log_error, check.sigma,
-                1.0 / (1.0 + std::exp(evidence_of_others - check.log_evidence)), {}};
-    for (int j = 0; j < problem.space().count(); ++j) {
-      PlaneF& shift = doubt.shift.emplace_back(check.maps[j]);
-      const PlaneF& now = outcome_.state.maps.Unknown(problem.space().parameter(j));
-      for (std::size_t i = 0; i < shift.size(); ++i)
-        shift.data()[i] -= static_cast<float>(now.data()[i] / problem.space().scale(j));
-    }
-    outcome_.doubts.push_back(std::move(doubt));
-  }
-
-  // How the maps would move if what was told were wrong, as likely as the data make that.
-  void AddDoubts(std::vector<PlaneF>& variance) const {
-    for (const Doubt& doubt : outcome_.doubts)
-      for (std::size_t j = 0; j < variance.size(); ++j) {
-        PlaneF square = doubt.shift[j];
-        for (float& value : square.values()) value *= value * static_cast<float>(doubt.probability);
-        square = ResizeLinear(square, variance[j].width(), variance[j].height());
-        for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];
-      }
-  }
-
-  // What noise alone would leave, where more was found.
-  std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, int first) {
-    const std::vector<double>& scatter = outcome_.detail.scatter;
-    const bool doubted =
-        std::any_of(outcome_.doubts.begin(), outcome_.doubts.end(),
-                    [](const Doubt& doubt) { return doubt.probability > kDoubted; });
-    if (!doubted && *std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter) return {};
-    DetailModel quiet = outcome_.detail;
-    std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
-    return SolveInOctaves(problem, LineariseInOctaves(problem, outcome_.state), ViewFrom(quiet, first),
-                          outcome_.fixed)
-        .variance;
   }
 
   // The maps of an interrupted fit, where they explain more than those of the coarser size.
@@ -367,51 +273,13 @@ class CoarseToFine {
     if (state.misfit.chi2 < outcome_.state.misfit.chi2) outcome_.state = std::move(state);
   }
 
-  // No skin is as even as a map of one value: what is present but not free varies by kUnevenness of its
-  // value, in all octaves together, even where the data are silent about it.
-  void LeaveFixedUneven(const ParameterSpace& space, std::span<FreeVector> prior) const {
-    const auto octaves = static_cast<double>(prior.size() - 1);
-    for (int j = 0; j < space.count(); ++j) {
-      if (std::count(outcome_.free.begin(), outcome_.free.end(), space.parameter(j)) > 0) continue;
-      const double value = outcome_.fixed[static_cast<int>(space.parameter(j))] / space.scale(j);
-      for (std::size_t octave = 0; octave + 1 < prior.size(); ++octave)
-        prior[octave][j] = std::max(prior[octave][j], std::pow(kUnevenness * value, 2) / octaves);
-    }
-  }
-
-  // Variances of what is free where nothing is held fixed: the value of what is fixed is an assumption.
-  std::vector<PlaneF> VarianceOfAll(const FitData& data, const ForwardModel& model, int first) {
-    const PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
-    FitState state = outcome_.state;
-    if (state.maps.junction_absorbance.empty())
-      state.maps.junction_absorbance = {
-          PlaneF(data.width(), data.height(), static_cast<float>(outcome_.fixed[kParameterCount]))};
-    all_detail_->scatter = outcome_.detail.scatter;
-    const DetailView detail = ViewFrom(*all_detail_, first);
-    for (int octave = seen_from_ - 1; octave >= first; --octave)
-      for (int j = 0; j < kUnknownCount; ++j)
-        detail.prior[octave - first][j] = GuessedVariance(detail, octave - first, j);
-    for (std::size_t octave = 0; octave < detail.prior.size(); ++octave)
-      for (std::size_t k = 0; k < outcome_.free.size(); ++k)
-        detail.prior[octave][static_cast<std::size_t>(outcome_.free[k])] =
-            outcome_.detail.prior[octave + first][k];
-    LeaveFixedUneven(problem.space(), detail.prior);
-    OctaveStep all = SolveInOctaves(problem, LineariseInOctaves(problem, state), detail, outcome_.fixed);
-    std::vector<PlaneF> variance;
-    for (const Parameter p : outcome_.free)
-      variance.push_back(std::move(all.variance[static_cast<std::size_t>(p)]));
-    return variance;
-  }
-
   FitData& data_;
   const ForwardModel& model_;
   const ModelMaker& make_model_;
   const FitOptions& options_;
   RunLog& log_;
   FastOutcome outcome_;
-  AssumptionCheck thickness_;
-  std::vector<Parameter> thickness_of_;  // the free parameters then
-  std::optional<DetailModel> all_detail_;  // of all unknowns, where too few bands forced a choice
+  FastVariance variance_;
   int seen_from_ = 0;                      // octave of the coarsest size's pixels
 };
 

@@ -3,14 +3,13 @@
 // each followed by a full render that says what is left.
 #pragma once
 
-#include <cmath>
 #include <functional>
 #include <optional>
 #include <vector>
 
-#include "fit/assumptions.h"
 #include "fit/band_check.h"
 #include "fit/detail_model.h"
+#include "fit/doubts.h"
 #include "fit/options.h"
 #include "fit/patch_problem.h"
 #include "fit/run_log.h"
@@ -21,23 +20,13 @@ namespace dermap {
 // Makes the forward model for a pixel size.
 using ModelMaker = std::function<ForwardModel(const ImagingConditions&)>;
 
-// Something that the fit was told and that the data speak against.
-struct Doubt {
-  Assumption assumption = Assumption::kPixelSize;
-  double log_error = 0.0, sigma = 0.0;  // logarithm of the true value over the told one
-  double probability = 0.0;             // that this, and not what the fit took for it, explains the data
-  // Further off the maps' answer is no longer close to linear, and what they would be is a guess.
-  bool IsGross() const { return probability > 0.5 && std::abs(log_error) > 0.3; }
-  std::vector<PlaneF> shift;            // of each free parameter, if so: scaled units, at any size
-};
-
 struct FastOutcome {
   FitState state;
   bool converged = false;
   std::vector<Parameter> free;         // as asked for, or chosen
   SkinPoint fixed{};                   // values of what is not free
   std::optional<SuspectBand> suspect;  // its data were divided by 1 + gain_error
-  std::vector<Doubt> doubts;
+  Doubts doubts;
   std::vector<Candidate> candidates;   // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
   std::vector<FreeVector> spread;      // [octave][free parameter], standard deviations, scaled units

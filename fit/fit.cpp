@@ -123,7 +123,7 @@ Outcome OutcomeOf(FastOutcome fast) {
   outcome.noise_variance = std::move(fast.noise_variance);
   outcome.scatter = fast.detail.scatter[0];
   outcome.grossly_told =
-      std::any_of(fast.doubts.begin(), fast.doubts.end(), [](const Doubt& doubt) { return doubt.IsGross(); });
+      std::any_of(fast.doubts.all().begin(), fast.doubts.all().end(), [](const Doubt& doubt) { return doubt.IsGross(); });
   outcome.candidates = std::move(fast.candidates);
   return outcome;
 }
@@ -142,7 +142,7 @@ Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make
         "divided it by that.",
         data.bands[fast.suspect->band].wavelength_nm, 100.0 * std::abs(fast.suspect->gain_error),
         fast.suspect->gain_error > 0.0 ? "bright" : "dark"));
-  for (const Doubt& doubt : fast.doubts)
+  for (const Doubt& doubt : fast.doubts.all())
     if (doubt.probability > kLikely)
       log.Decide(Format(
           doubt.assumption == Assumption::kPixelSize

@@ -1,0 +1,33 @@
+// SPDX-License-Identifier: Apache-2.0
+// Error bars of the fast fit: what is held fixed is an assumption, and sigma holds how far it may be off.
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "fit/fast.h"
+#include "fit/octave_solver.h"
+
+namespace dermap {
+
+class FastVariance {
+ public:
+  // At the coarsest size, with a state in which all unknowns are free and what was then chosen. `detail`: of
+  // all unknowns. `found`: whether what that fit found of the others says how far they may be off.
+  void HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
+                 const std::vector<Parameter>& free, const SkinPoint& fixed, int octave, bool found);
+
+  // Of what is free at the end, scaled units; `last`: of the step that came to rest. `first`: octave of the
+  // problem's pixels.
+  std::vector<PlaneF> Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
+                         OctaveStep& last);
+
+ private:
+  std::optional<DetailModel> detail_;  // of all unknowns; nothing: all are free
+  int seen_from_ = 0;                  // octave of the coarsest size's pixels
+};
+
+// What noise alone would leave, where more was found; else nothing.
+std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, const FastOutcome& outcome, int first);
+
+}  // namespace dermap
