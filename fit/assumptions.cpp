@@ -15,6 +15,7 @@ namespace {
 constexpr double kPixelStep = 0.2, kThicknessStep = 0.05;  // of the differences, logarithms
 constexpr double kExpected = 0.3;    // how far what is told may be off before anything is seen, logarithm
 constexpr float kProbe = 1e-3f;      // of an answer, so that no bound of a parameter is near
+constexpr double kAboveTolerance = 5.0;
 constexpr double kClamped = 1e-12;   // variance of what may not move, scaled units
 constexpr float kDarkest = 1e-7f;
 constexpr int kMakeUpSteps = 3;
@@ -89,6 +90,16 @@ double Product(const std::vector<OctaveLevel>& levels, const DetailView& detail,
   for (std::size_t j = 0; j < u.distance.size(); ++j)
     sum += PriorProduct(detail, u.distance[j], v.distance[j], static_cast<int>(j));
   return sum;
+}
+
+// A difference of renders below their tolerance says nothing.
+bool IsSeen(const PatchProblem& problem, const std::vector<PlaneF>& answer) {
+  double squares = 0.0, count = 0.0;
+  for (const PlaneF& plane : answer) {
+    for (const float value : plane.values()) squares += static_cast<double>(value) * value;
+    count += static_cast<double>(plane.size());
+  }
+  return kPixelStep * std::sqrt(squares / count) > kAboveTolerance * problem.model().options().tolerance;
 }
 
 // The details of a position in the maps, octave by octave.
@@ -219,6 +230,9 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
                                 const PatchProblem& problem, const FitState& state, const DetailView& detail,
                                 const SkinPoint& fixed) {
   const ParameterSpace& space = problem.space();
+  AssumptionCheck check;
+  check.assumption = assumption;
+  if (assumption == Assumption::kPixelSize && !IsSeen(problem, answer)) return check;
   std::vector<FreeVector> prior(detail.prior.begin(), detail.prior.end());
   if (assumption == Assumption::kThickness)
     for (FreeVector& variance : prior)
@@ -229,8 +243,6 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
   const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state);
   const Answered told = MakeUp(problem, state, answer, levels, without, fixed);
   Answered data = DataAt(problem, state, levels, without, fixed);
-  AssumptionCheck check;
-  check.assumption = assumption;
   check.maps = data.distance;
   for (int j = 0; j < space.count(); ++j)
     for (float& value : data.distance[j].values()) value -= static_cast<float>(space.mean()[j]);

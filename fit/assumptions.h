@@ -18,7 +18,7 @@ struct AssumptionCheck {
   double log_error = 0.0;     // logarithm of the true value over the told one, as the residuals have it
   double sigma = 0.0;         // one standard deviation of that
   double log_evidence = 0.0;  // logarithm by which the data prefer it to be wrong
-  std::vector<PlaneF> maps;   // of each free parameter, if it is: scaled units
+  std::vector<PlaneF> maps;   // of each free parameter, if it is: scaled units; empty: nothing can be said
 };
 
 // Answers of the logarithm of reflectance, one plane a band, to the logarithm of what was told.

@@ -13,6 +13,7 @@ namespace dermap {
 namespace {
 
 constexpr double kGross = 0.3;      // logarithm
+constexpr double kTrust = -4.6;     // logarithm of the odds, before anything is seen, that it is wrong
 constexpr double kPossible = 0.05;  // probability
 
 }  // namespace
@@ -41,6 +42,9 @@ void Doubts::SettleThickness(const PatchProblem& problem, const FitState& state,
 
 void Doubts::CheckPixelSize(const PatchProblem& problem, const FitState& state, const DetailView& detail,
                             const SkinPoint& fixed) {
+  // Black tape bounds the light, and its size is how large a pixel is known to be; how light falls off beside
+  // it is not known well enough to say it again.
+  if (problem.model().conditions().tape == Tape::kBlack) return;
   Add(problem, state,
       CheckAssumption(Assumption::kPixelSize, AnswerToPixelSize(problem, state), problem, state, detail,
                       fixed),
@@ -49,10 +53,12 @@ void Doubts::CheckPixelSize(const PatchProblem& problem, const FitState& state, 
 
 void Doubts::Add(const PatchProblem& problem, const FitState& state, const AssumptionCheck& check,
                  double evidence) {
+  if (check.maps.empty()) return;
   Doubt doubt{check.assumption,
               check.log_error,
               check.sigma,
-              1.0 / (1.0 + std::exp(evidence - check.log_evidence)),
+              1.0 / (1.0 + std::exp(evidence - check.log_evidence - kTrust)),
+              problem.space().free(),
               {}};
   for (int j = 0; j < problem.space().count(); ++j) {
     PlaneF& shift = doubt.shift.emplace_back(check.maps[j]);
@@ -68,10 +74,12 @@ bool Doubts::IsAny() const {
                      [](const Doubt& doubt) { return doubt.probability > kPossible; });
 }
 
-void Doubts::AddTo(std::vector<PlaneF>& variance) const {
+void Doubts::AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const {
   for (const Doubt& doubt : doubts_)
-    for (std::size_t j = 0; j < variance.size(); ++j) {
-      PlaneF square = doubt.shift[j];
+    for (std::size_t k = 0; k < doubt.of.size(); ++k) {
+      const auto j = static_cast<std::size_t>(std::find(free.begin(), free.end(), doubt.of[k]) - free.begin());
+      if (j == free.size()) continue;
+      PlaneF square = doubt.shift[k];
       for (float& value : square.values()) value *= value * static_cast<float>(doubt.probability);
       square = ResizeLinear(square, variance[j].width(), variance[j].height());
       for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];

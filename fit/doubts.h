@@ -14,7 +14,8 @@ struct Doubt {
   Assumption assumption = Assumption::kPixelSize;
   double log_error = 0.0, sigma = 0.0;  // logarithm of the true value over the told one
   double probability = 0.0;             // that this, and not what the fit took for it, explains the data
-  std::vector<PlaneF> shift;            // of each free parameter, if so: scaled units, at any size
+  std::vector<Parameter> of;            // what was free then
+  std::vector<PlaneF> shift;            // of each of them, if so: scaled units, at any size
 
   // Further off than the maps' answer is close to linear: what they would be is a guess.
   bool IsGross() const;
@@ -33,8 +34,9 @@ class Doubts {
 
   const std::vector<Doubt>& all() const { return doubts_; }
   bool IsAny() const;
-  // The squares of the shifts, as likely as the data make them. Of each free parameter, scaled units.
-  void AddTo(std::vector<PlaneF>& variance) const;
+  // The squares of the shifts, as likely as the data make them. `variance`: of each free parameter, scaled
+  // units.
+  void AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const;
 
  private:
   void Add(const PatchProblem& problem, const FitState& state, const AssumptionCheck& check, double evidence);

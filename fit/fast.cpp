@@ -22,6 +22,8 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
+constexpr double kUnsettled = 1.5;      // chi2 a datum above which more is freed than was chosen
+constexpr double kSettled = 0.8;        // of chi2, at most, must stay for that
 constexpr int kCheckedSize = 64;       // pixels along the longer side, at which the pixels' is doubted
 constexpr int kMostSuspicions = 3;    // corrections of a band's gain, each a smaller one
 
@@ -249,16 +251,43 @@ class CoarseToFine {
     const int longer = std::max(data.width(), data.height());
     if (longer <= kCheckedSize && (finest || 2 * longer - 1 > kCheckedSize))
       outcome_.doubts.CheckPixelSize(problem, outcome_.state, detail, outcome_.fixed);
-    if (!finest) return;
+    if (finest && !FreeAll(data, model, first)) Finish(problem, first, last);
+  }
+
+  // More than was chosen may be at work: the coarsest size, whose areas are averaged no better than
+  // kReductionError, cannot see it where the noise is less.
+  bool FreeAll(const FitData& data, const ForwardModel& model, int first) {
+    if (!variance_.IsAnyHeld() || outcome_.state.misfit.Chi2PerDatum() < kUnsettled || log_.Stopped())
+      return false;
+    PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
+    DetailModel all = variance_.DetailOfAll(outcome_, first);
+    FitState state = problem.StateOf(WithJunction(outcome_.state.maps, outcome_.fixed));
+    OctaveStep last;
+    const bool converged = SizeFit(problem, ViewFrom(all, first), outcome_.fixed)
+                               .Refine(state, kRest, log_, last);
+    log_.renders_before += problem.renders();
+    if (state.misfit.chi2 > kSettled * outcome_.state.misfit.chi2) return false;
+    outcome_.converged = converged;
+    outcome_.freed_late = true;
+    outcome_.free = AllUnknowns();
+    outcome_.detail = std::move(all);
+    outcome_.state = std::move(state);
+    variance_ = {};
+    Finish(problem, first, last);
+    return true;
+  }
+
+  void Finish(const PatchProblem& problem, int first, OctaveStep& last) {
     outcome_.variance = variance_.Of(problem, outcome_, first, last);
-    outcome_.doubts.AddTo(outcome_.variance);
+    outcome_.doubts.AddTo(outcome_.free, outcome_.variance);
     outcome_.noise_variance = VarianceOfNoise(problem, outcome_, first);
     outcome_.adapted_parameters = last.adapted_parameters;
     for (std::size_t l = 0; l < last.statistics.size(); ++l) {
       FreeVector& spread = outcome_.spread.emplace_back(FreeVector{});
       for (int j = 0; j < problem.space().count(); ++j) {
         const double undecided = 1.0 - last.statistics[l].determined[j] / last.statistics[l].pixels;
-        spread[j] = std::sqrt(detail.prior[l][j] * std::clamp(undecided, 1e-6, 1.0));
+        spread[j] = std::sqrt(outcome_.detail.prior[l + static_cast<std::size_t>(first)][j] *
+                              std::clamp(undecided, 1e-6, 1.0));
       }
     }
   }

@@ -58,16 +58,10 @@ void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state,
   if (found) TakeFixedAsFound(problem, state, free, fixed, detail_->prior.back());
 }
 
-std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
-                                     OctaveStep& last) {
-  if (!detail_) return std::move(last.variance);
-  const PatchProblem all(problem.data(), problem.model(), ParameterSpace(AllUnknowns()));
-  FitState state = outcome.state;
-  if (state.maps.junction_absorbance.empty())
-    state.maps.junction_absorbance = {PlaneF(problem.data().width(), problem.data().height(),
-                                             static_cast<float>(outcome.fixed[kParameterCount]))};
-  detail_->scatter = outcome.detail.scatter;
-  const DetailView detail = ViewFrom(*detail_, first);
+DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) const {
+  DetailModel model = *detail_;
+  model.scatter = outcome.detail.scatter;
+  const DetailView detail = ViewFrom(model, first);
   for (int octave = seen_from_ - 1; octave >= first; --octave)
     for (int j = 0; j < kUnknownCount; ++j)
       detail.prior[octave - first][j] = GuessedVariance(detail, octave - first, j);
@@ -75,6 +69,24 @@ std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutc
     for (std::size_t k = 0; k < outcome.free.size(); ++k)
       detail.prior[octave][static_cast<std::size_t>(outcome.free[k])] =
           outcome.detail.prior[octave + first][k];
+  return model;
+}
+
+ParameterMaps WithJunction(ParameterMaps maps, const SkinPoint& fixed) {
+  if (maps.junction_absorbance.empty())
+    maps.junction_absorbance = {
+        PlaneF(maps.width(), maps.height(), static_cast<float>(fixed[kParameterCount]))};
+  return maps;
+}
+
+std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
+                                     OctaveStep& last) const {
+  if (!detail_) return std::move(last.variance);
+  const PatchProblem all(problem.data(), problem.model(), ParameterSpace(AllUnknowns()));
+  FitState state = outcome.state;
+  state.maps = WithJunction(std::move(state.maps), outcome.fixed);
+  DetailModel model = DetailOfAll(outcome, first);
+  const DetailView detail = ViewFrom(model, first);
   LeaveFixedUneven(all.space(), outcome, detail.prior);
   OctaveStep step = SolveInOctaves(all, LineariseInOctaves(all, state), detail, outcome.fixed);
   std::vector<PlaneF> variance;

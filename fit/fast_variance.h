@@ -17,15 +17,22 @@ class FastVariance {
   void HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
                  const std::vector<Parameter>& free, const SkinPoint& fixed, int octave, bool found);
 
+  bool IsAnyHeld() const { return detail_.has_value(); }
+  // Of all unknowns at the end: what is free as the fit found it.
+  DetailModel DetailOfAll(const FastOutcome& outcome, int first) const;
+
   // Of what is free at the end, scaled units; `last`: of the step that came to rest. `first`: octave of the
   // problem's pixels.
   std::vector<PlaneF> Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
-                         OctaveStep& last);
+                         OctaveStep& last) const;
 
  private:
   std::optional<DetailModel> detail_;  // of all unknowns; nothing: all are free
   int seen_from_ = 0;                  // octave of the coarsest size's pixels
 };
+
+// The maps with a plane of the junction.
+ParameterMaps WithJunction(ParameterMaps maps, const SkinPoint& fixed);
 
 // What noise alone would leave, where more was found; else nothing.
 std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, const FastOutcome& outcome, int first);

@@ -151,6 +151,8 @@ Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make
               : "The data speak for an epidermis %.2f times as thick as told (give or take %.0f %%); sigma "
                 "was widened by what that would change.",
           std::exp(doubt.log_error), 100.0 * doubt.sigma));
+  if (fast.freed_late)
+    log.Decide("At full size that left too much of the data unexplained: all parameters were freed.");
   if (fast.detail.scatter[0] > kLoudScatter)
     log.Decide(
         Format("Residuals scatter %.2f times as far as the stated noise; sigma was widened by as much.",

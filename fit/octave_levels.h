@@ -21,9 +21,10 @@ struct OctaveLevel {
   std::vector<PlaneF> position, detail;
 };
 
-// Calibration and tables are good to so much of the reflectance, which all pixels of a band share: of a
-// patch's mean, whose noise is less, nothing is known better than that.
-inline constexpr double kSharedError = 1e-3;
+// Calibration and tables are each good to about a thousandth of the reflectance (against adding-doubling 1.3
+// at worst: exact_judged_test), which all pixels of a band share: a patch's mean, whose noise is less, is not
+// known better.
+inline constexpr double kSharedError = 1.5e-3;
 
 // Finest first, down to a single pixel.
 std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state);
