@@ -90,11 +90,12 @@ ParameterMaps WithFixed(const ParameterSpace& space, const ParameterMaps& maps, 
 
 // The prior of some of the unknowns.
 void Keep(const ParameterSpace& before, const ParameterSpace& after, DetailModel& detail) {
-  for (FreeVector& variance : detail.prior) {
-    const FreeVector all = variance;
-    for (int j = 0, k = 0; j < before.count(); ++j)
-      if (k < after.count() && before.parameter(j) == after.parameter(k)) variance[k++] = all[j];
-  }
+  for (std::vector<FreeVector>* vectors : {&detail.prior, &detail.details})
+    for (FreeVector& vector : *vectors) {
+      const FreeVector all = vector;
+      for (int j = 0, k = 0; j < before.count(); ++j)
+        if (k < after.count() && before.parameter(j) == after.parameter(k)) vector[k++] = all[j];
+    }
 }
 
 class CoarseToFine {
@@ -280,7 +281,7 @@ class CoarseToFine {
   void Finish(const PatchProblem& problem, int first, OctaveStep& last) {
     outcome_.variance = variance_.Of(problem, outcome_, first, last);
     outcome_.doubts.AddTo(outcome_.free, outcome_.variance);
-    outcome_.noise_variance = VarianceOfNoise(problem, outcome_, first);
+    outcome_.noise_variance = variance_.OfNoise(problem, outcome_, first);
     outcome_.adapted_parameters = last.adapted_parameters;
     for (std::size_t l = 0; l < last.statistics.size(); ++l) {
       FreeVector& spread = outcome_.spread.emplace_back(FreeVector{});

@@ -66,9 +66,11 @@ DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) con
     for (int j = 0; j < kUnknownCount; ++j)
       detail.prior[octave - first][j] = GuessedVariance(detail, octave - first, j);
   for (std::size_t octave = 0; octave < detail.prior.size(); ++octave)
-    for (std::size_t k = 0; k < outcome.free.size(); ++k)
-      detail.prior[octave][static_cast<std::size_t>(outcome.free[k])] =
-          outcome.detail.prior[octave + first][k];
+    for (std::size_t k = 0; k < outcome.free.size(); ++k) {
+      const auto p = static_cast<std::size_t>(outcome.free[k]);
+      detail.prior[octave][p] = outcome.detail.prior[octave + first][k];
+      detail.details[octave][p] = outcome.detail.details[octave + first][k];
+    }
   return model;
 }
 
@@ -79,13 +81,11 @@ ParameterMaps WithJunction(ParameterMaps maps, const SkinPoint& fixed) {
   return maps;
 }
 
-std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
-                                     OctaveStep& last) const {
-  if (!detail_) return std::move(last.variance);
+std::vector<PlaneF> FastVariance::WithAll(const PatchProblem& problem, const FastOutcome& outcome,
+                                          DetailModel model, int first) const {
   const PatchProblem all(problem.data(), problem.model(), ParameterSpace(AllUnknowns()));
   FitState state = outcome.state;
   state.maps = WithJunction(std::move(state.maps), outcome.fixed);
-  DetailModel model = DetailOfAll(outcome, first);
   const DetailView detail = ViewFrom(model, first);
   LeaveFixedUneven(all.space(), outcome, detail.prior);
   OctaveStep step = SolveInOctaves(all, LineariseInOctaves(all, state), detail, outcome.fixed);
@@ -95,12 +95,20 @@ std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutc
   return variance;
 }
 
-std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, const FastOutcome& outcome, int first) {
+std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
+                                     OctaveStep& last) const {
+  if (!detail_) return std::move(last.variance);
+  return WithAll(problem, outcome, DetailOfAll(outcome, first), first);
+}
+
+std::vector<PlaneF> FastVariance::OfNoise(const PatchProblem& problem, const FastOutcome& outcome,
+                                          int first) const {
   const std::vector<double>& scatter = outcome.detail.scatter;
   if (!outcome.doubts.IsAny() && *std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter)
     return {};
-  DetailModel quiet = outcome.detail;
+  DetailModel quiet = detail_ ? DetailOfAll(outcome, first) : outcome.detail;
   std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
+  if (detail_) return WithAll(problem, outcome, std::move(quiet), first);
   return SolveInOctaves(problem, LineariseInOctaves(problem, outcome.state), ViewFrom(quiet, first),
                         outcome.fixed)
       .variance;

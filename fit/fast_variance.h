@@ -26,15 +26,18 @@ class FastVariance {
   std::vector<PlaneF> Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
                          OctaveStep& last) const;
 
+  // What noise alone would leave, where more was found; else nothing.
+  std::vector<PlaneF> OfNoise(const PatchProblem& problem, const FastOutcome& outcome, int first) const;
+
  private:
+  std::vector<PlaneF> WithAll(const PatchProblem& problem, const FastOutcome& outcome, DetailModel all,
+                              int first) const;
+
   std::optional<DetailModel> detail_;  // of all unknowns; nothing: all are free
   int seen_from_ = 0;                  // octave of the coarsest size's pixels
 };
 
 // The maps with a plane of the junction.
 ParameterMaps WithJunction(ParameterMaps maps, const SkinPoint& fixed);
-
-// What noise alone would leave, where more was found; else nothing.
-std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, const FastOutcome& outcome, int first);
 
 }  // namespace dermap

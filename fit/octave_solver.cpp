@@ -47,6 +47,7 @@ class LevelSolver {
       : problem_(problem),
         level_(levels[index]),
         prior_(model.prior[index]),
+        details_(model.details[index]),
         link_(model.link),
         top_(index + 1 == static_cast<int>(levels.size())),
         every_(index == 0 && answers == Answers::kSampled ? kSampledRows : 1),
@@ -122,12 +123,22 @@ class LevelSolver {
     system.Solve(lower, upper, change, variance);
     for (int j = 0; j < N; ++j) {
       change_[j].data()[i] = static_cast<float>(change[j]);
-      variance_[j].data()[i] = static_cast<float>(share_ * variance[j]);
+      variance_[j].data()[i] =
+          static_cast<float>(share_ * (variance[j] + VarianceOfShrinking(i, j, change[j], variance[j])));
       if (!link_) determined[j] += 1.0 - variance[j] * share_ / prior_[j];
     }
     if (!link_) return;
     const double decided = N - LinkFactor() * system.InverseTimes(LinkPrecision());
     for (int j = 0; j < N; ++j) determined[j] += decided / N;
+  }
+
+  // A detail is drawn towards nothing as far as the data leave it open, by a variance that is itself an
+  // estimate from a number of details: its relative variance is 2 over that.
+  double VarianceOfShrinking(std::size_t i, int j, double change, double variance) const {
+    if (top_ || link_ || details_[j] <= 0.0) return 0.0;
+    const double open = std::min(variance * share_ / prior_[j], 1.0);
+    const double shrunk = open * (level_.detail[j].data()[i] + change);
+    return 2.0 / details_[j] * shrunk * shrunk;
   }
 
   // What earlier fits say, as a quadratic form of the mean's distance or of the detail.
@@ -228,6 +239,7 @@ class LevelSolver {
   const PatchProblem& problem_;
   const OctaveLevel& level_;
   const FreeVector& prior_;
+  const FreeVector& details_;
   const LinkedPrior* link_;  // null: none
   bool top_;
   int every_;  // so-many-th pair of rows is answered
