@@ -57,7 +57,8 @@ TEST(StabilityPoint, SaysWhatTheProgramDid) {
 TEST(StabilityStudy, FastIsNeverSilentlyWrongHere) {
   const TemporaryFolder folder;
   StabilityStudyOptions options{.quick = true,
-                                .sweeps = {"melanin", "gain", "drift", "noise", "misregistration"}};
+                                .sweeps = {"melanin", "gain", "drift", "noise", "misregistration"},
+                                .methods = {}};
   const StabilityStudy study = RunStabilityStudy(folder.path(), options, {});
   for (const Verdict& verdict : study.verdicts)
     EXPECT_TRUE(verdict.holds()) << verdict.claim << ' ' << verdict.worst;
@@ -84,7 +85,7 @@ TEST(StabilityStudy, FastIsNeverSilentlyWrongHere) {
 
 TEST(StabilityStudy, NamesTheSweepsThatItKnows) {
   const TemporaryFolder folder;
-  EXPECT_THROW(RunStabilityStudy(folder.path(), {.quick = true, .sweeps = {"weather"}}, {}), InputError);
+  EXPECT_THROW(RunStabilityStudy(folder.path(), {.quick = true, .sweeps = {"weather"}, .methods = {}}, {}), InputError);
 }
 
 }  // namespace
