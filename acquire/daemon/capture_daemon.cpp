@@ -191,6 +191,11 @@ bool CaptureDaemon::ShallStop() {
   return abort_;
 }
 
+bool CaptureDaemon::Pauses() {
+  const std::lock_guard lock(mutex_);
+  return pause_ && !abort_;
+}
+
 std::optional<int> CaptureDaemon::NextRetake() {
   const std::lock_guard lock(mutex_);
   if (retakes_.empty() || abort_) return std::nullopt;
@@ -237,6 +242,7 @@ void CaptureDaemon::Run(SessionForm form) {
   options.subject = SubjectForm{form.subject, form.site, form.notes};
   options.ask = [this](const OperatorRequest& request) { return Ask(request); };
   options.stop = [this] { return ShallStop(); };
+  options.pauses = [this] { return Pauses(); };
   options.retake = [this] { return NextRetake(); };
   options.on_step = [this](const std::string& step, const FrameRecord* frame) {
     const std::lock_guard lock(mutex_);

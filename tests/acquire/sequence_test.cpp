@@ -225,7 +225,10 @@ TEST_F(Sequence, FullDiskIsAStorageErrorAndCanBeResumed) {
   EXPECT_FALSE(fs::exists(options_.out / "frames/0004_spectralon_650nm.dng"));
   station.before_capture = nullptr;
   options_.resume = true;
-  EXPECT_EQ(RunCapture(options_, station).kept, 3);
+  // Frame 3 was on its way to the disk while frame 4 was exposed: it is there as a whole, or not at all.
+  const auto files = std::distance(fs::directory_iterator(options_.out / "frames"), fs::directory_iterator{});
+  EXPECT_GE(files, 2);
+  EXPECT_EQ(RunCapture(options_, station).kept, files);
   ExpectWhole(hashes);
 }
 
@@ -319,18 +322,19 @@ TEST_F(AdaptedSequence, ChangesTheIsoOfWhatIsTooBrightOrTooDarkBeforeTheSkinIsTh
   const Session session = ReadSession(options_.out);
   EXPECT_TRUE(session.complete);
   EXPECT_EQ(saturated_, 0);
-  // Slot 1 by a stop, by a stop, and then, as the card tells how far, to the end; slot 2 in one step.
-  const auto& changes = session.exposure_changes;
-  ASSERT_EQ(changes.size(), 4u);
-  EXPECT_EQ(changes[0].slot, 1);
-  EXPECT_EQ(changes[0].from_iso, 1600);
-  EXPECT_EQ(changes[0].to_iso, 800);
-  EXPECT_EQ(changes[2].to_iso, 100);
-  EXPECT_THAT(changes[2].why, HasSubstr("saturated"));
-  EXPECT_EQ(changes[3].slot, 2);
-  EXPECT_EQ(changes[3].from_iso, 100);
-  EXPECT_EQ(changes[3].to_iso, 200);
-  EXPECT_THAT(changes[3].why, HasSubstr("of the range"));
+  // Slot 1 by a stop, by a stop, and then, as the card tells how far, to the end; slot 2 in one step. Which
+  // slot comes first depends on how soon a frame is decoded.
+  std::map<int, std::vector<ExposureChange>> changes;
+  for (const ExposureChange& change : session.exposure_changes) changes[change.slot].push_back(change);
+  ASSERT_EQ(changes[1].size(), 3u);
+  EXPECT_EQ(changes[1][0].from_iso, 1600);
+  EXPECT_EQ(changes[1][0].to_iso, 800);
+  EXPECT_EQ(changes[1][2].to_iso, 100);
+  EXPECT_THAT(changes[1][2].why, HasSubstr("saturated"));
+  ASSERT_EQ(changes[2].size(), 1u);
+  EXPECT_EQ(changes[2][0].from_iso, 100);
+  EXPECT_EQ(changes[2][0].to_iso, 200);
+  EXPECT_THAT(changes[2][0].why, HasSubstr("of the range"));
   // The plan's black frames at ISO 100 and 1600, and one at ISO 200 between Spectralon and skin.
   EXPECT_EQ(summary.total, 7);
   using enum FrameRole;
