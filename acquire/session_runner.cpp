@@ -200,7 +200,7 @@ const FrameRecord* SessionRunner::NextMissing(int besides, int besides_too) cons
 
 int SessionRunner::SlotAfter(const FrameRecord& planned) const {
   const FrameRecord* next = NextMissing(planned.number, taker_.under_way());
-  return next != nullptr && (next->role == placed_ || next->role == FrameRole::kBlack) ? next->slot : 0;
+  return next != nullptr ? next->slot : 0;
 }
 
 }  // namespace dermap

@@ -33,7 +33,7 @@ class SessionRunner {
   void SettleInSpiteOf(const DeviceError& fault);
   // What is still to take, the target in place first; never the frames with these numbers.
   const FrameRecord* NextMissing(int besides = 0, int besides_too = 0) const;
-  int SlotAfter(const FrameRecord& planned) const;  // 0: another target comes first, or nothing
+  int SlotAfter(const FrameRecord& planned) const;  // 0: nothing follows
   void TellOfSchedule();
   void Step(const std::string& what, const FrameRecord* frame);
   bool AskWhileTimeStands(const OperatorRequest& request);
