@@ -6,6 +6,7 @@
 
 #include <httplib.h>
 #include <sys/random.h>
+#include <sys/socket.h>
 
 #include <atomic>
 #include <mutex>
@@ -76,6 +77,7 @@ struct HttpServer::Impl {
   CaptureDaemon& daemon;
   ServerOptions options;
   httplib::Server server;
+  int listener = -1;
   std::atomic<bool> stopping{false};
   std::mutex helm_mutex;
   std::string helm_key;
@@ -173,6 +175,10 @@ struct HttpServer::Impl {
     server.set_read_timeout(5, 0);
     server.set_write_timeout(5, 0);
     server.set_keep_alive_max_count(1000);
+    server.set_socket_options([this](int socket) {
+      listener = socket;
+      httplib::default_socket_options(socket);
+    });
     server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       response.set_header("X-Content-Type-Options", "nosniff");
@@ -238,6 +244,9 @@ HttpServer::HttpServer(CaptureDaemon& daemon, ServerOptions options)
     throw InputError("cannot listen on " + o.address + ":" + std::to_string(o.port) +
                      "; remedy: name a free port by --listen, or end the daemon that runs already");
   }
+  // The library has five connections wait at most: of fifty windows that open at once most would be dropped,
+  // and try again seconds later.
+  ::listen(impl_->listener, SOMAXCONN);
 }
 
 HttpServer::~HttpServer() {

@@ -4,7 +4,6 @@
 # pauses, ends, resumptions and retakes, while others watch; then tells whether anything was lost, got stuck or leaked.
 # Usage: sessions_soak.py DERMAP EMULATOR [--sessions N] [--seed N] [--watchers N]
 import argparse
-import array
 import hashlib
 import http.client
 import json
@@ -13,6 +12,7 @@ import random
 import re
 import signal
 import socket
+import struct
 import subprocess
 import sys
 import tempfile
@@ -163,10 +163,24 @@ def usage(pid):
 
 
 def mean_above_black(path):
-    """Of the photosites: the file's end is the uncompressed mosaic."""
+    """Of the photosites: a strip of 12-bit numbers, two in three bytes."""
     data = open(path, "rb").read()
-    values = array.array("H", data[-96 * 72 * 2:])
-    return sum(values) / len(values) - BLACK_LEVEL
+    offset, size = strip_of(data)
+    strip = data[offset:offset + size]
+    total = sum((strip[i] << 4 | strip[i + 1] >> 4) + ((strip[i + 1] & 15) << 8 | strip[i + 2])
+                for i in range(0, size, 3))
+    return total / (size * 2 / 3) - BLACK_LEVEL
+
+
+def strip_of(tiff):
+    """Offset and size of the one strip of a little-endian TIFF: tags 273 and 279 of its first directory."""
+    directory, = struct.unpack_from("<I", tiff, 4)
+    count, = struct.unpack_from("<H", tiff, directory)
+    tags = {}
+    for i in range(count):
+        tag, kind, _, value = struct.unpack_from("<HHII", tiff, directory + 2 + 12 * i)
+        tags[tag] = value & 0xFFFF if kind == 3 else value
+    return tags[273], tags[279]
 
 
 def check(folder, light):
