@@ -57,6 +57,7 @@ class SessionFolder {
   void KeepFrame(FrameRecord frame, const std::string& journal);
   void Apply(const ExposureChange& change);
   void DropDamaged();
+  void RemoveLeftovers() const;
 
   Session session_;
   std::vector<FrameRecord> schedule_;

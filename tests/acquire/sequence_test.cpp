@@ -174,6 +174,35 @@ TEST_F(Sequence, TakesDamagedAndMissingFramesAgain) {
   EXPECT_EQ(ReadTextFile(options_.out / "journal.jsonl"), journal);
 }
 
+// A frame that lay in the camera's memory comes as .cr2, taken again from its card as .dng: one file stays.
+// What a kill has left half-written goes as well, and nothing else.
+TEST_F(Sequence, LeavesNoFileOfNoFrameBehind) {
+  const auto hashes = Undisturbed();
+  SimulatedStation inner(ReadRig(options_.rig));
+  WatchedStation station(inner);
+  station.after_capture = [&](const CaptureSettings& s, RawFrame& frame) {
+    if (s.shot == 3 && station.shots[3] == 1) frame.extension = ".cr2";
+  };
+  bool asked = false;
+  options_.retake = [&]() -> std::optional<int> {
+    if (asked || station.shots[5] == 0) return std::nullopt;
+    asked = true;
+    return 3;
+  };
+  RunCapture(options_, station);
+  EXPECT_EQ(station.shots[3], 2);
+  ExpectWhole(hashes);
+
+  options_.retake = nullptr;
+  options_.resume = true;
+  std::ofstream(options_.out / "frames/0004_spectralon_650nm.cr2") << "killed before the journal told of it";
+  std::ofstream(options_.out / "frames/.0005_skin_540nm.partial-77-0.dng") << "killed in the middle";
+  std::ofstream(options_.out / "frames/notes.txt") << "of the operator";
+  RunCapture(options_, station);
+  EXPECT_TRUE(fs::remove(options_.out / "frames/notes.txt"));
+  ExpectWhole(hashes);
+}
+
 // A transfer that is cut short is noticed while the subject is there, and the frame taken again.
 TEST_F(Sequence, RetakesAFrameThatDoesNotDecode) {
   const auto hashes = Undisturbed();
