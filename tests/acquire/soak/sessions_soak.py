@@ -4,7 +4,6 @@
 # pauses, ends, resumptions and retakes, while others watch; then tells whether anything was lost, got stuck or leaked.
 # Usage: sessions_soak.py DERMAP EMULATOR [--sessions N] [--seed N] [--watchers N]
 import argparse
-import hashlib
 import http.client
 import json
 import os
@@ -12,44 +11,15 @@ import random
 import re
 import signal
 import socket
-import struct
 import subprocess
 import sys
 import tempfile
 import threading
 import time
 
-SCENE = """seed = 9
-flat_reflectance = 0.5
-[bench]
-width_px = 96
-height_px = 72
-scale_px_per_mm = 7
-window_center_px = [38, 35.5]
-flash_drift = 0
-motion_shift_mm = 0
-"""
-RIG = """name = "soak"
-[camera]
-driver = "gphoto2"
-[wheel]
-driver = "%s"
-[[wheel.slot]]
-slot = 1
-wavelength_nm = 540
-[[wheel.slot]]
-slot = 2
-wavelength_nm = 650
-[[wheel.slot]]
-slot = 3
-opaque = true
-[simulated]
-scene = "scene.toml"
-"""
-PLAN = "[[exposure]]\nslot = 1\niso = 100\n[[exposure]]\nslot = 2\niso = 250\n"
-# What the plan asks for, by hand: role, slot and ISO of every frame.
-EXPECTED = [("black", 3, 100), ("black", 3, 250), ("spectralon", 1, 100), ("spectralon", 2, 250), ("skin", 1, 100),
-            ("skin", 2, 250)]
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from session_check import EXPECTED, check, write_station
+
 # Faults and how often they strike, relative to each other; those that cost many seconds are rare.
 CAMERA_FAULTS = [("busy", 10), ("stall", 10), ("truncated", 10), ("repeated", 10), ("ram", 10), ("settings", 10),
                  ("unplug", 8), ("unplug-read", 8), ("sleep", 8), ("second-client", 6), ("full", 6), ("late", 4),
@@ -57,8 +27,6 @@ CAMERA_FAULTS = [("busy", 10), ("stall", 10), ("truncated", 10), ("repeated", 10
 WHEEL_FAULTS = [("wheel-slip", 8), ("wheel-unplug", 8), ("wheel-silent", 3), ("wheel-stuck", 1)]
 SECONDS = {"full": 0, "second-client": 0.3, "late": 1}
 MOST_SECONDS_WITHOUT_CHANGE = 150  # beyond it a session is stuck: the longest wait of a driver is 30 s
-SAME_LIGHT = 0.03                  # of a frame's mean above black, from session to session
-BLACK_LEVEL = 126                  # of the emulated camera
 
 
 def plan_faults(rng, sessions):
@@ -100,9 +68,7 @@ class Watchers:
 
 class Station:
     def __init__(self, dermap, emulator, folder, wheel, faults):
-        for name, text in (("scene.toml", SCENE), ("rig.toml", RIG % wheel), ("plan.toml", PLAN)):
-            with open(os.path.join(folder, name), "w") as file:
-                file.write(text)
+        write_station(folder, wheel)
         self.sessions = folder + "/sessions"
         command = [emulator, "--rig", folder + "/rig.toml", "--wheel", wheel]
         for fault in faults:
@@ -160,50 +126,6 @@ def usage(pid):
     status = open("/proc/%d/status" % pid).read()
     rss = int(re.search(r"VmRSS:\s+(\d+)", status).group(1)) / 1024
     return rss, len(os.listdir("/proc/%d/fd" % pid)), int(re.search(r"Threads:\s+(\d+)", status).group(1))
-
-
-def mean_above_black(path):
-    """Of the photosites: a strip of 12-bit numbers, two in three bytes."""
-    data = open(path, "rb").read()
-    offset, size = strip_of(data)
-    strip = data[offset:offset + size]
-    total = sum((strip[i] << 4 | strip[i + 1] >> 4) + ((strip[i + 1] & 15) << 8 | strip[i + 2])
-                for i in range(0, size, 3))
-    return total / (size * 2 / 3) - BLACK_LEVEL
-
-
-def strip_of(tiff):
-    """Offset and size of the one strip of a little-endian TIFF: tags 273 and 279 of its first directory."""
-    directory, = struct.unpack_from("<I", tiff, 4)
-    count, = struct.unpack_from("<H", tiff, directory)
-    tags = {}
-    for i in range(count):
-        tag, kind, _, value = struct.unpack_from("<HHII", tiff, directory + 2 + 12 * i)
-        tags[tag] = value & 0xFFFF if kind == 3 else value
-    return tags[273], tags[279]
-
-
-def check(folder, light):
-    """What is wrong with a complete session; `light` is what every frame has shown so far, by role and slot."""
-    manifest = json.load(open(folder + "/session.json"))
-    found = [(f["role"], f["slot"], f["iso"]) for f in manifest["frames"]]
-    if not manifest["complete"] or found != EXPECTED:
-        return ["lost: has frames %s" % found]
-    wrong = []
-    if len({f["sha256"] for f in manifest["frames"]}) != len(EXPECTED):
-        wrong.append("doubled: two frames are one file")
-    if len(os.listdir(folder + "/frames")) != len(EXPECTED):
-        wrong.append("doubled: files of no frame: %s" % os.listdir(folder + "/frames"))
-    for f in manifest["frames"]:
-        path = folder + "/" + f["file"]
-        if hashlib.sha256(open(path, "rb").read()).hexdigest() != f["sha256"]:
-            wrong.append("lost: %s is not as it was written" % f["file"])
-            continue
-        mean = mean_above_black(path)
-        first = light.setdefault((f["role"], f["slot"]), mean)
-        if abs(mean - first) > max(2.0, SAME_LIGHT * first):
-            wrong.append("mislabelled: %s has %.1f in place of %.1f" % (f["file"], mean, first))
-    return wrong
 
 
 class Soak:
