@@ -176,16 +176,24 @@ FrameTaker::Verdict FrameTaker::Judge(Pending& pending) {
   v.wrong_settings = !v.problem.empty();
   if (v.wrong_settings) return v;
   v.light = light_.Judge(planned, check);
-  // A flash that stays dark and a drifting lamp are the operator's to judge: kept in the end, with a warning.
-  // A frame of another filter never is.
-  const bool tolerable = v.light.problem == LightProblem::kDark || v.light.problem == LightProblem::kBright;
-  if (v.light.problem != LightProblem::kNone && !(tolerable && IsLastTry(planned.number)))
+  if (v.light.problem != LightProblem::kNone && !IsTolerable(v.light.problem, planned))
     v.problem = DescribeLight(v.light);
   const Session& session = folder_.session();
   const bool adapts = session.plan.adapt_exposure && v.light.problem == LightProblem::kNone &&
                       ChangesOf(session, planned) < kMostChanges;
   if (adapts) v.advice = AdviseExposure(planned, check, session.rig.gray_card_reflectance);
   return v;
+}
+
+// A drifting lamp and a flash that stays dark are the operator's to judge: kept in the end, with a warning.
+// But dark may be the opaque slot: whoever can be asked is asked first. Dark Spectralon is never kept, since
+// nothing can be calibrated by it, nor is a frame of another filter.
+bool FrameTaker::IsTolerable(LightProblem problem, const FrameRecord& planned) const {
+  if (!IsLastTry(planned.number)) return false;
+  if (problem == LightProblem::kBright) return true;
+  const bool can_be_asked = options_.ask && station_.NeedsOperator();
+  return problem == LightProblem::kDark && planned.role != FrameRole::kSpectralon &&
+         (!can_be_asked || tries_.at(planned.number).seen_to);
 }
 
 bool FrameTaker::IsLastTry(int number) const {
@@ -201,7 +209,7 @@ bool FrameTaker::KeepIfGood() {
   return true;
 }
 
-void FrameTaker::ActOn(const Pending& pending, const Verdict& verdict) {
+void FrameTaker::ActOn(Pending& pending, const Verdict& verdict) {
   const FrameRecord& planned = pending.planned;
   if (!IsStillPlanned(pending)) return;  // it is taken anew at its new exposure
   if (verdict.problem.empty()) {
@@ -211,10 +219,43 @@ void FrameTaker::ActOn(const Pending& pending, const Verdict& verdict) {
   if (verdict.wrong_settings) {
     station_.camera().Reconnect();  // libgphoto2 may believe in settings that somebody has changed by hand
   }
-  const LightProblem light = verdict.light.problem;
-  // Which filter it went through is not sure any more.
-  if (light == LightProblem::kOtherSlot || light == LightProblem::kNotBlack) wheel_.Home();
+  if (verdict.light.problem == LightProblem::kOtherSlot && tries_[planned.number].homed) {
+    // The wheel stands where it should, so it did not when this slot's light was learnt.
+    Withdraw(light_.SourceOf(planned.slot),
+             "was taken through another filter, as " + DescribeFrame(planned) + " shows");
+    return ActOn(pending, Judge(pending));
+  }
+  Doubt(planned, verdict);
   Reject(planned.number, verdict.problem);
+}
+
+// Where a frame may have been taken through another filter than the wheel says.
+void FrameTaker::Doubt(const FrameRecord& planned, const Verdict& verdict) {
+  Tries& tries = tries_[planned.number];
+  const LightProblem light = verdict.light.problem;
+  // Dark once is a flash that did not fire; dark twice may be the opaque slot.
+  const bool dark_again = light == LightProblem::kDark && tries.looked_dark;
+  tries.looked_dark = tries.looked_dark || light == LightProblem::kDark;
+  if (light != LightProblem::kOtherSlot && light != LightProblem::kNotBlack && !dark_again) return;
+  wheel_.Home();
+  tries.homed = station_.wheel().HomingFindsSlots();
+  in_doubt_.insert(in_doubt_.end(), since_home_.begin(), since_home_.end());
+  since_home_.clear();
+}
+
+void FrameTaker::StartOver(int number, bool wheel_was_seen_to) {
+  for (auto& [other, tries] : tries_) tries.rejected = 0;
+  if (!wheel_was_seen_to) return;
+  tries_[number].homed = tries_[number].seen_to = true;
+}
+
+void FrameTaker::Withdraw(int number, const std::string& why) {
+  if (number == 0) return;
+  const FrameRecord frame = folder_.schedule()[static_cast<std::size_t>(number) - 1];
+  spdlog::warn("{} {}; it is taken again", DescribeFrame(frame), why);
+  Warn(DescribeFrame(frame) + " " + why + "; it is taken again");
+  light_.Forget(frame.slot);
+  folder_.Withdraw(number, why);
 }
 
 // The change that a frame before it asked for may have been for this one as well.
@@ -228,7 +269,6 @@ void FrameTaker::Reject(int number, const std::string& problem) {
   spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), problem, times, kTries);
   folder_.Note({{"event", "frame_rejected"}, {"number", number}, {"problem", problem}});
   if (times < kTries) return;
-  tries_.erase(number);
   throw DeviceError(station_.camera().Name() + ": " + DescribeFrame(planned) + " " + problem + " (" +
                     std::to_string(kTries) +
                     " attempts); remedy: check camera, wheel and flash, then go on with --resume");
@@ -279,7 +319,6 @@ void FrameTaker::Keep(const Pending& pending, const Verdict& verdict) {
   timing.write.start_s = stopwatch_.Now();
   event.frame = folder_.Add(planned, pending.raw, pending.time_utc);
   timing.write.end_s = stopwatch_.Now();
-  tries_.erase(planned.number);
   event.timing = timing;
   event.check = pending.found->check;
   if (verdict.light.problem == LightProblem::kNone) light_.Learn(planned, event.check);
@@ -294,6 +333,22 @@ void FrameTaker::Keep(const Pending& pending, const Verdict& verdict) {
       std::max(progress_, kShareOfPreparation + (1.0 - kShareOfPreparation) * event.done / event.total);
   if (options_.progress) options_.progress(progress_);
   if (options_.on_frame) options_.on_frame(event, pending.raw);
+  VouchFor(planned);
+}
+
+// A Spectralon frame that was dark until the wheel was homed: it stood one slot off, for nobody knows how
+// long.
+void FrameTaker::VouchFor(const FrameRecord& kept) {
+  const Tries tries = tries_[kept.number];
+  tries_.erase(kept.number);
+  if (kept.role != FrameRole::kSpectralon) return;
+  if (tries.homed) {
+    for (const int number : std::exchange(in_doubt_, {})) {
+      if (tries.looked_dark)
+        Withdraw(number, "may have been taken through another filter: the wheel stood one slot off");
+    }
+  }
+  since_home_.push_back(kept.number);
 }
 
 }  // namespace dermap

@@ -117,6 +117,10 @@ void SessionFolder::KeepFramesOf(const std::vector<json>& events) {
     ended_ = kind == "session_complete";
     if (kind == "frame" && event.contains("frame"))
       KeepFrame(FrameFromJson(event["frame"], journal), journal);
+    if (kind == "frame_withdrawn") {
+      std::erase_if(session_.frames,
+                    [&](const FrameRecord& f) { return f.number == event.value("number", 0); });
+    }
     if (kind == "exposure_changed")
       Apply(ExposureChangeFromJson(event.value("change", json::object()), journal));
     if (kind == "black_frames_added") {
@@ -211,6 +215,14 @@ FrameRecord SessionFolder::Add(const FrameRecord& planned, const RawFrame& raw, 
   WriteSession(session_);
   if (!before.empty() && before != frame.file) RemoveLeftovers();
   return frame;
+}
+
+void SessionFolder::Withdraw(int number, const std::string& why) {
+  Note({{"event", "frame_withdrawn"}, {"number", number}, {"problem", why}});
+  std::erase_if(session_.frames, [&](const FrameRecord& f) { return f.number == number; });
+  ended_ = false;
+  WriteSession(session_);
+  RemoveLeftovers();
 }
 
 void SessionFolder::Note(json event) {

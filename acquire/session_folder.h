@@ -46,6 +46,8 @@ class SessionFolder {
   // Writes the file, then the journal's line, then the manifest. Returns the record with file and hash. A
   // frame that is there already is replaced.
   FrameRecord Add(const FrameRecord& planned, const RawFrame& raw, const std::string& time_utc);
+  // A frame that is there but is not what it should be: it is missing from here on.
+  void Withdraw(int number, const std::string& why);
   // A line for whoever looks for the cause of a failure.
   void Note(nlohmann::json event);
   // Marks the session complete where it is, and writes the manifest.

@@ -30,6 +30,7 @@ class WheelProtocol {
   // Makes it ready after a (new) connection; returns how many slots it has.
   virtual int Begin(UsbLink& link, const WheelTiming& timing) = 0;
   virtual void StartMove(UsbLink& link, int slot, const WheelTiming& timing) = 0;
+  virtual bool BeginFindsSlots() const = 0;                            // or only answers what it believes
   virtual int Position(UsbLink& link, const WheelTiming& timing) = 0;  // 0 while it moves
 };
 
@@ -39,6 +40,7 @@ class UsbWheel : public FilterWheel {
   std::string Name() const override { return protocol_->Name(); }
   void Connect() override;
   void Home() override { Connect(); }
+  bool HomingFindsSlots() const override { return protocol_->BeginFindsSlots(); }
   int SlotCount() const override;
   void MoveTo(int slot) override;
 

@@ -10,6 +10,7 @@
 #include <umockdev.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <condition_variable>
@@ -169,6 +170,13 @@ struct UsbBus::Impl {
         wake.wait(lock);
       }
     }
+  }
+
+  bool IsPlugged(const UsbDevice& device) {
+    const std::lock_guard lock(mutex);
+    return std::any_of(ports.begin(), ports.end(), [&](const auto& port) {
+      return !port->line.gone() && &port->line.device() == &device;
+    });
   }
 
   Port* PortOf(UMockdevIoctlBase* handler) {
@@ -344,6 +352,7 @@ std::mutex& UsbBus::lock() {
 }
 
 void UsbBus::Plug(UsbDevice& device) {
+  if (impl_->IsPlugged(device)) return;
   const int address = ++impl_->last_address;
   char node[32];
   std::snprintf(node, sizeof node, "/dev/bus/usb/001/%03d", address);
