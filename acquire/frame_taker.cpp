@@ -18,7 +18,6 @@
 namespace dermap {
 namespace {
 
-constexpr int kTries = 3;        // to get a good frame
 constexpr int kMostChanges = 4;  // of one filter's exposure
 
 int ChangesOf(const Session& session, const FrameRecord& f) {
@@ -189,16 +188,11 @@ FrameTaker::Verdict FrameTaker::Judge(Pending& pending) {
 // But dark may be the opaque slot: whoever can be asked is asked first. Dark Spectralon is never kept, since
 // nothing can be calibrated by it, nor is a frame of another filter.
 bool FrameTaker::IsTolerable(LightProblem problem, const FrameRecord& planned) const {
-  if (!IsLastTry(planned.number)) return false;
+  if (!doubts_.IsLastTry(planned.number)) return false;
   if (problem == LightProblem::kBright) return true;
   const bool can_be_asked = options_.ask && station_.NeedsOperator();
   return problem == LightProblem::kDark && planned.role != FrameRole::kSpectralon &&
-         (!can_be_asked || tries_.at(planned.number).seen_to);
-}
-
-bool FrameTaker::IsLastTry(int number) const {
-  const auto tries = tries_.find(number);
-  return tries != tries_.end() && tries->second.rejected == kTries - 1;
+         (!can_be_asked || doubts_.WasSeenTo(planned.number));
 }
 
 bool FrameTaker::KeepIfGood() {
@@ -219,34 +213,17 @@ void FrameTaker::ActOn(Pending& pending, const Verdict& verdict) {
   if (verdict.wrong_settings) {
     station_.camera().Reconnect();  // libgphoto2 may believe in settings that somebody has changed by hand
   }
-  if (verdict.light.problem == LightProblem::kOtherSlot && tries_[planned.number].homed) {
+  if (verdict.light.problem == LightProblem::kOtherSlot && doubts_.WheelIsRight(planned.number)) {
     // The wheel stands where it should, so it did not when this slot's light was learnt.
     Withdraw(light_.SourceOf(planned.slot),
              "was taken through another filter, as " + DescribeFrame(planned) + " shows");
     return ActOn(pending, Judge(pending));
   }
-  Doubt(planned, verdict);
+  if (doubts_.IsOfAnotherSlot(planned.number, verdict.light.problem)) {
+    wheel_.Home();
+    doubts_.NoteHoming(planned.number, station_.wheel().HomingFindsSlots());
+  }
   Reject(planned.number, verdict.problem);
-}
-
-// Where a frame may have been taken through another filter than the wheel says.
-void FrameTaker::Doubt(const FrameRecord& planned, const Verdict& verdict) {
-  Tries& tries = tries_[planned.number];
-  const LightProblem light = verdict.light.problem;
-  // Dark once is a flash that did not fire; dark twice may be the opaque slot.
-  const bool dark_again = light == LightProblem::kDark && tries.looked_dark;
-  tries.looked_dark = tries.looked_dark || light == LightProblem::kDark;
-  if (light != LightProblem::kOtherSlot && light != LightProblem::kNotBlack && !dark_again) return;
-  wheel_.Home();
-  tries.homed = station_.wheel().HomingFindsSlots();
-  in_doubt_.insert(in_doubt_.end(), since_home_.begin(), since_home_.end());
-  since_home_.clear();
-}
-
-void FrameTaker::StartOver(int number, bool wheel_was_seen_to) {
-  for (auto& [other, tries] : tries_) tries.rejected = 0;
-  if (!wheel_was_seen_to) return;
-  tries_[number].homed = tries_[number].seen_to = true;
 }
 
 void FrameTaker::Withdraw(int number, const std::string& why) {
@@ -265,12 +242,12 @@ bool FrameTaker::IsStillPlanned(const Pending& pending) const {
 
 void FrameTaker::Reject(int number, const std::string& problem) {
   const FrameRecord planned = folder_.schedule()[static_cast<std::size_t>(number) - 1];
-  const int times = ++tries_[number].rejected;
-  spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), problem, times, kTries);
+  const int times = doubts_.CountRejection(number);
+  spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), problem, times, kFrameTries);
   folder_.Note({{"event", "frame_rejected"}, {"number", number}, {"problem", problem}});
-  if (times < kTries) return;
+  if (times < kFrameTries) return;
   throw DeviceError(station_.camera().Name() + ": " + DescribeFrame(planned) + " " + problem + " (" +
-                    std::to_string(kTries) +
+                    std::to_string(kFrameTries) +
                     " attempts); remedy: check camera, wheel and flash, then go on with --resume");
 }
 
@@ -278,10 +255,8 @@ void FrameTaker::Reject(int number, const std::string& problem) {
 // from one.
 bool FrameTaker::Adapt(const FrameRecord& planned, const ExposureAdvice& advice) {
   if (advice.problem == ExposureProblem::kNone) return false;
-  Tries& tries = tries_[planned.number];
-  if (advice.problem == ExposureProblem::kUnderexposed && !tries.looked_underexposed) {
-    tries.looked_underexposed = true;
-    if (IsLastTry(planned.number)) return false;
+  if (advice.problem == ExposureProblem::kUnderexposed && !doubts_.LooksUnderexposedAgain(planned.number)) {
+    if (doubts_.IsLastTry(planned.number)) return false;
     Reject(planned.number, "seems underexposed: " + advice.why + "; taken once more to be sure");
     return true;
   }
@@ -290,7 +265,7 @@ bool FrameTaker::Adapt(const FrameRecord& planned, const ExposureAdvice& advice)
   const std::string why = DescribeFrame(planned) + ": " + advice.why;
   folder_.ChangeExposure({planned.role, planned.slot, planned.iso, *iso, planned.number, why, ""});
   schedule_changed_ = true;
-  tries.rejected = 0;
+  doubts_.TryAnew(planned.number);
   const std::string notice = why + "; slot " + std::to_string(planned.slot) + " is taken at ISO " +
                              std::to_string(*iso) + " in place of " + std::to_string(planned.iso);
   spdlog::warn("{}", notice);
@@ -333,22 +308,8 @@ void FrameTaker::Keep(const Pending& pending, const Verdict& verdict) {
       std::max(progress_, kShareOfPreparation + (1.0 - kShareOfPreparation) * event.done / event.total);
   if (options_.progress) options_.progress(progress_);
   if (options_.on_frame) options_.on_frame(event, pending.raw);
-  VouchFor(planned);
-}
-
-// A Spectralon frame that was dark until the wheel was homed: it stood one slot off, for nobody knows how
-// long.
-void FrameTaker::VouchFor(const FrameRecord& kept) {
-  const Tries tries = tries_[kept.number];
-  tries_.erase(kept.number);
-  if (kept.role != FrameRole::kSpectralon) return;
-  if (tries.homed) {
-    for (const int number : std::exchange(in_doubt_, {})) {
-      if (tries.looked_dark)
-        Withdraw(number, "may have been taken through another filter: the wheel stood one slot off");
-    }
-  }
-  since_home_.push_back(kept.number);
+  for (const int number : doubts_.Vouch(planned))
+    Withdraw(number, "may have been taken through another filter: the wheel stood one slot off");
 }
 
 }  // namespace dermap

@@ -6,13 +6,13 @@
 
 #include <chrono>
 #include <future>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "acquire/exposure_advice.h"
+#include "acquire/frame_doubts.h"
 #include "acquire/light_memory.h"
 #include "acquire/sequence.h"
 #include "acquire/session_folder.h"
@@ -31,9 +31,7 @@ class FrameTaker {
   void Take(const FrameRecord& planned, int slot_after);
   // Brings the frame under way to its end: it is in the folder, or to be taken again.
   void Settle();
-  // The operator has seen to what was wrong with this frame; perhaps to the wheel, which knows its slots
-  // again.
-  void StartOver(int number, bool wheel_was_seen_to);
+  FrameDoubts& doubts() { return doubts_; }
   int under_way() const { return pending_ ? pending_->planned.number : 0; }  // 0: none
 
   void LearnLightOfWhatIsThere();
@@ -62,15 +60,6 @@ class FrameTaker {
     LightJudgement light;
     ExposureAdvice advice;
   };
-  // How often a frame that is to be taken was bad.
-  struct Tries {
-    int rejected = 0;
-    bool looked_underexposed = false;
-    bool looked_dark = false;
-    bool homed = false;    // the wheel has found its slots since
-    bool seen_to = false;  // by the operator
-  };
-
   bool Prepare(const FrameRecord& planned);                      // false: the frame before was bad
   std::string Expose(const FrameRecord& planned);                // returns when, in UTC
   std::string Fetch(const FrameRecord& planned, RawFrame& raw);  // returns how it was lost; empty: it was not
@@ -80,14 +69,11 @@ class FrameTaker {
   Verdict Judge(Pending& pending);  // waits for its examination
   void Reject(int number, const std::string& problem);
   void ActOn(Pending& pending, const Verdict& verdict);
-  void Doubt(const FrameRecord& planned, const Verdict& verdict);
-  void VouchFor(const FrameRecord& kept);
   void Withdraw(int number, const std::string& why);
   bool Adapt(const FrameRecord& planned, const ExposureAdvice& advice);  // false: the frame is to be kept
   std::optional<int> IsoThatCameraTakes(const FrameRecord& planned, const std::vector<int>& isos);
   void Keep(const Pending& pending, const Verdict& verdict);
   bool IsTolerable(LightProblem problem, const FrameRecord& planned) const;
-  bool IsLastTry(int number) const;
   bool IsStillPlanned(const Pending& pending) const;
   FrameTiming& Timing() { return summary_.timeline.frames.back(); }
   void Step(const std::string& what, const FrameRecord& frame);
@@ -100,9 +86,7 @@ class FrameTaker {
   WheelMover wheel_;
   LightMemory light_;
   std::unique_ptr<Pending> pending_;  // the frame under way
-  std::map<int, Tries> tries_;        // by number
-  // Numbers of Spectralon frames taken since the wheel was last homed, and of those before, while in doubt.
-  std::vector<int> since_home_, in_doubt_;
+  FrameDoubts doubts_;
   std::optional<Clock::time_point> flash_ready_;
   std::optional<Clock::duration> quickest_press_;  // from asking the camera to its answer
   double progress_ = 0.0;

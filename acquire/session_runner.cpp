@@ -174,7 +174,7 @@ void SessionRunner::Patiently(int number, const std::function<void()>& step) {
     request.sentence = error.what();
     if (!options_.ask || !station_.NeedsOperator() || !AskWhileTimeStands(request)) throw;
     folder_.Note({{"event", "unpaused"}, {"number", number}});
-    taker_.StartOver(number, fault == nullptr);
+    taker_.doubts().StartOver(number, fault == nullptr);
     home_first_ = true;
   }
 }
