@@ -20,11 +20,6 @@ namespace {
 
 constexpr int kMostChanges = 4;  // of one filter's exposure
 
-int ChangesOf(const Session& session, const FrameRecord& f) {
-  return static_cast<int>(std::count_if(session.exposure_changes.begin(), session.exposure_changes.end(),
-                                        [&](const auto& c) { return c.slot == f.slot && c.role == f.role; }));
-}
-
 }  // namespace
 
 FrameTaker::FrameTaker(SessionFolder& folder, Station& station, const CaptureOptions& options,
@@ -42,18 +37,6 @@ void FrameTaker::Step(const std::string& what, const FrameRecord& frame) {
 
 void FrameTaker::Warn(const std::string& warning) {
   if (!warning.empty()) summary_.warnings.push_back(warning);
-}
-
-// What is there already tells what light each slot gives.
-void FrameTaker::LearnLightOfWhatIsThere() {
-  const Session& session = folder_.session();
-  for (const FrameRecord& f : session.frames) {
-    if (f.role != FrameRole::kSpectralon) continue;
-    const RawFrame raw{ReadBinaryFile(session.directory / f.file),
-                       std::filesystem::path(f.file).extension().string()};
-    const FrameCheck check = CheckFrame(raw, session.rig.gray_card_region);
-    if (check.decodes) light_.Learn(f, check);
-  }
 }
 
 void FrameTaker::Take(const FrameRecord& planned, int slot_after) {
@@ -179,7 +162,7 @@ FrameTaker::Verdict FrameTaker::Judge(Pending& pending) {
     v.problem = DescribeLight(v.light);
   const Session& session = folder_.session();
   const bool adapts = session.plan.adapt_exposure && v.light.problem == LightProblem::kNone &&
-                      ChangesOf(session, planned) < kMostChanges;
+                      folder_.ChangesOf(planned) < kMostChanges;
   if (adapts) v.advice = AdviseExposure(planned, check, session.rig.gray_card_reflectance);
   return v;
 }

@@ -34,7 +34,7 @@ class FrameTaker {
   FrameDoubts& doubts() { return doubts_; }
   int under_way() const { return pending_ ? pending_->planned.number : 0; }  // 0: none
 
-  void LearnLightOfWhatIsThere();
+  LightMemory& light() { return light_; }
   void Warn(const std::string& warning);
   WheelMover& wheel() { return wheel_; }
   bool schedule_changed() const { return schedule_changed_; }

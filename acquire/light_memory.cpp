@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/files/atomic_file.h"
+
 namespace dermap {
 namespace {
 
@@ -74,6 +76,16 @@ LightJudgement LightMemory::Judge(const FrameRecord& planned, const FrameCheck& 
 void LightMemory::Learn(const FrameRecord& frame, const FrameCheck& check) {
   if (frame.role == FrameRole::kBlack || !TellsColour(check.card)) return;
   by_slot_.try_emplace(frame.slot, Light{PerIso(check.card, frame.iso), frame.number});
+}
+
+void LightMemory::LearnFrom(const Session& session) {
+  for (const FrameRecord& f : session.frames) {
+    if (f.role != FrameRole::kSpectralon) continue;
+    const RawFrame raw{ReadBinaryFile(session.directory / f.file),
+                       std::filesystem::path(f.file).extension().string()};
+    const FrameCheck check = CheckFrame(raw, session.rig.gray_card_region);
+    if (check.decodes) Learn(f, check);
+  }
 }
 
 int LightMemory::SourceOf(int slot) const {

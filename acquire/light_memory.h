@@ -24,6 +24,7 @@ class LightMemory {
   // `planned` says what the frame should be.
   LightJudgement Judge(const FrameRecord& planned, const FrameCheck& check) const;
   void Learn(const FrameRecord& frame, const FrameCheck& check);
+  void LearnFrom(const Session& session);  // from the Spectralon frames that are there
   int SourceOf(int slot) const;  // the number of the frame that taught this slot's light; 0: none has
   void Forget(int slot) { by_slot_.erase(slot); }
 

@@ -174,6 +174,12 @@ void SessionFolder::ChangeExposure(ExposureChange change) {
   WriteSession(session_);
 }
 
+int SessionFolder::ChangesOf(const FrameRecord& f) const {
+  const auto& changes = session_.exposure_changes;
+  return static_cast<int>(std::count_if(changes.begin(), changes.end(),
+                                        [&](const auto& c) { return c.slot == f.slot && c.role == f.role; }));
+}
+
 bool SessionFolder::AddMissingBlackFrames() {
   if (session_.plan.black_frames == 0) return false;
   const auto lacking = SettingsWithoutBlack(session_.frames, schedule_);

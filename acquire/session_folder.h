@@ -37,6 +37,7 @@ class SessionFolder {
   // Takes the filter at another ISO from here on: journal, schedule and manifest. Frames that were taken at
   // the old one count no more.
   void ChangeExposure(ExposureChange change);
+  int ChangesOf(const FrameRecord& frame) const;  // so far, of its filter and role
   // Adds to the schedule the black frames that frames at changed exposures lack; false where none do.
   bool AddMissingBlackFrames();
 

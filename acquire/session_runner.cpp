@@ -90,7 +90,7 @@ void SessionRunner::TakeFromReference() {
 void SessionRunner::Run() {
   TakeFromReference();
   TellOfSchedule();
-  taker_.LearnLightOfWhatIsThere();
+  taker_.light().LearnFrom(folder_.session());
   if (folder_.done() < folder_.total()) Preflight();
   TakeWhatIsMissing();
   if (taker_.schedule_changed() && NextMissing() == nullptr)
