@@ -22,6 +22,7 @@ using nlohmann::json;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kLargestBody = 65536;
+constexpr int kLargestFrameNumber = 99999;
 constexpr std::size_t kThreads = 80;  // each event stream holds one
 constexpr std::chrono::seconds kHelmKept{15};
 constexpr std::chrono::milliseconds kHeartbeat{2000};
@@ -145,7 +146,11 @@ struct HttpServer::Impl {
         act(body);
         response.set_content("{}", "application/json");
       } catch (const json::exception& error) {
-        Refuse(response, 400, error.what());
+        const std::string what = error.what();  // "[json.exception.type_error.302] type must be ..."
+        const auto words = what.find("] ");
+        Refuse(response, 400,
+               "the body is not as /api/schema has it: " +
+                   (words == std::string::npos ? what : what.substr(words + 2)));
       } catch (const Error& error) {
         Refuse(response, 400, error.what());
       }
@@ -190,6 +195,13 @@ struct HttpServer::Impl {
       return Allowed(request, response) ? httplib::Server::HandlerResponse::Unhandled
                                         : httplib::Server::HandlerResponse::Handled;
     });
+    server.set_error_handler([](const httplib::Request&, httplib::Response& response) {
+      if (!response.body.empty()) return;
+      Refuse(response, response.status,
+             response.status == 404   ? "there is nothing at this address"
+             : response.status == 413 ? "the body has more than " + std::to_string(kLargestBody) + " bytes"
+                                      : "this is no request that the daemon knows");
+    });
     server.Get("/", [](const httplib::Request&, httplib::Response& response) {
       response.set_content(kOperatorPage, "text/html; charset=utf-8");
     });
@@ -226,7 +238,12 @@ struct HttpServer::Impl {
     Post("/api/pause", [this](const json&) { daemon.Pause(); });
     Post("/api/continue", [this](const json&) { daemon.Continue(); });
     Post("/api/abort", [this](const json&) { daemon.Abort(); });
-    Post("/api/retake", [this](const json& body) { daemon.Retake(body.at("number").get<int>()); });
+    Post("/api/retake", [this](const json& body) {
+      const json& number = body.at("number");
+      if (!number.is_number_integer() || number < 1 || number > kLargestFrameNumber)
+        throw InputError("'number' is " + number.dump() + "; expected the number of a frame");
+      daemon.Retake(number.get<int>());
+    });
   }
 };
 

@@ -286,6 +286,9 @@ TEST_F(Sequence, RefusesWhatDoesNotFit) {
   other.plan = folder_.Write("other.toml", "[[exposure]]\nslot = 7\niso = 100\n");
   EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("slot 7"));
   other.plan = options_.plan;
+  other.reference = folder_.path();  // no session lies there
+  EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("session.json"));
+  other.reference.clear();
   other.scene = "no_such_scene.toml";
   EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("no_such_scene.toml"));
   other.scene.clear();
