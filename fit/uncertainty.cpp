@@ -107,6 +107,11 @@ void FlagUnexplained(const PatchProblem& problem, const std::vector<PlaneF>& noi
   }
 }
 
+void FlagAll(const PatchProblem& problem, FitFlag flag, Plane<std::uint32_t>& flags) {
+  for (std::size_t i = 0; i < flags.size(); ++i)
+    if (problem.data().fitted.data()[i]) flags.data()[i] |= flag;
+}
+
 Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state, const ParameterMaps& sigma) {
   const FitData& data = problem.data();
   std::vector<ReflectanceRange> ranges;
