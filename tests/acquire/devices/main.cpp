@@ -20,7 +20,8 @@ int main(int argc, char** argv) {
   const char* set = std::getenv("LD_PRELOAD");
   if (set == nullptr || std::string(set).find(preload) == std::string::npos) {
     setenv("LD_PRELOAD", preload.c_str(), 1);
-    // For AddressSanitizer, whose runtime is in the program. libgphoto2 and GLib keep what they allocate once.
+    // For AddressSanitizer, whose runtime is in the program. libgphoto2 and GLib keep what they allocate
+    // once.
     setenv("ASAN_OPTIONS", "verify_asan_link_order=0:detect_leaks=0", 0);
     execv("/proc/self/exe", argv);
     std::perror("execv");
