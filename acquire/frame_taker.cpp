@@ -77,7 +77,8 @@ bool FrameTaker::Prepare(const FrameRecord& planned) {
   if (!flash_ready_) return true;
   // It takes the camera a while to press; the quickest press so far is what may be counted on.
   const Clock::time_point press = *flash_ready_ - quickest_press_.value_or(Clock::duration{});
-  if (pending_ && pending_->examining.wait_until(press) == std::future_status::ready) {
+  const bool there_is_time = Clock::now() < press;
+  if (pending_ && there_is_time && pending_->examining.wait_until(press) == std::future_status::ready) {
     const int before = under_way();
     Settle();
     const auto& schedule = folder_.schedule();
@@ -200,6 +201,7 @@ void FrameTaker::ActOn(Pending& pending, const Verdict& verdict) {
     // The wheel stands where it should, so it did not when this slot's light was learnt.
     Withdraw(light_.SourceOf(planned.slot),
              "was taken through another filter, as " + DescribeFrame(planned) + " shows");
+    light_.Forget(planned.slot);
     return ActOn(pending, Judge(pending));
   }
   if (doubts_.IsOfAnotherSlot(planned.number, verdict.light.problem)) {
@@ -210,7 +212,6 @@ void FrameTaker::ActOn(Pending& pending, const Verdict& verdict) {
 }
 
 void FrameTaker::Withdraw(int number, const std::string& why) {
-  if (number == 0) return;
   const FrameRecord frame = folder_.schedule()[static_cast<std::size_t>(number) - 1];
   spdlog::warn("{} {}; it is taken again", DescribeFrame(frame), why);
   Warn(DescribeFrame(frame) + " " + why + "; it is taken again");
