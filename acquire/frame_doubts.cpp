@@ -7,6 +7,18 @@
 
 namespace dermap {
 
+int FrameDoubts::CountRejection(int number) {
+  Tries& tries = tries_[number];
+  tries.exposed_before_homing = false;
+  return ++tries.rejected;
+}
+
+void FrameDoubts::TryAnew(int number) {
+  Tries& tries = tries_[number];
+  tries.exposed_before_homing = false;
+  tries.rejected = 0;
+}
+
 bool FrameDoubts::IsLastTry(int number) const {
   const auto tries = tries_.find(number);
   return tries != tries_.end() && tries->second.rejected == kFrameTries - 1;
@@ -22,8 +34,9 @@ bool FrameDoubts::IsOfAnotherSlot(int number, LightProblem light) {
   return light == LightProblem::kDark && std::exchange(tries_[number].looked_dark, true);
 }
 
-void FrameDoubts::NoteHoming(int number, bool finds_slots) {
+void FrameDoubts::NoteHoming(int number, bool finds_slots, int under_way) {
   tries_[number].homed = finds_slots;
+  if (under_way != 0) tries_[under_way].exposed_before_homing = true;
   in_doubt_.insert(in_doubt_.end(), since_home_.begin(), since_home_.end());
   since_home_.clear();
 }
@@ -48,7 +61,7 @@ std::vector<int> FrameDoubts::Vouch(const FrameRecord& kept) {
   const Tries tries = std::exchange(tries_[kept.number], {});
   tries_.erase(kept.number);
   if (kept.role != FrameRole::kSpectralon) return {};
-  since_home_.push_back(kept.number);
+  (tries.exposed_before_homing ? in_doubt_ : since_home_).push_back(kept.number);
   if (!tries.homed) return {};
   std::vector<int> of_another_filter = std::exchange(in_doubt_, {});
   // Spectralon that was dark until the wheel was homed: it stood one slot off, for nobody knows how long.

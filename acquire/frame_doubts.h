@@ -15,16 +15,17 @@ inline constexpr int kFrameTries = 3;  // to get a good frame
 
 class FrameDoubts {
  public:
-  int CountRejection(int number) { return ++tries_[number].rejected; }  // how many there are now
+  int CountRejection(int number);  // how many there are now
   bool IsLastTry(int number) const;
   // Whether it looked underexposed before; notes that it does.
   bool LooksUnderexposedAgain(int number);
   // Its exposure was changed.
-  void TryAnew(int number) { tries_[number].rejected = 0; }
+  void TryAnew(int number);
   // Notes how a frame that is rejected looks; true where the wheel may stand at another slot than it says.
   bool IsOfAnotherSlot(int number, LightProblem light);
-  // The wheel was homed for it; `finds_slots`: and knows its slots again for sure.
-  void NoteHoming(int number, bool finds_slots);
+  // The wheel was homed for it; `finds_slots`: and knows its slots again for sure. `under_way`: another frame
+  // that was exposed before and is not settled yet, or 0.
+  void NoteHoming(int number, bool finds_slots, int under_way);
   // The operator has seen to what was wrong with this frame; perhaps to the wheel, which knows its slots
   // again.
   void StartOver(int number, bool wheel_was_seen_to);
@@ -40,6 +41,7 @@ class FrameDoubts {
     bool looked_dark = false;
     bool homed = false;
     bool seen_to = false;
+    bool exposed_before_homing = false;
   };
   std::map<int, Tries> tries_;  // by number
   // Numbers of Spectralon frames taken since the wheel was last homed, and of those before, while in doubt.

@@ -206,7 +206,7 @@ void FrameTaker::ActOn(Pending& pending, const Verdict& verdict) {
   }
   if (doubts_.IsOfAnotherSlot(planned.number, verdict.light.problem)) {
     wheel_.Home();
-    doubts_.NoteHoming(planned.number, station_.wheel().HomingFindsSlots());
+    doubts_.NoteHoming(planned.number, station_.wheel().HomingFindsSlots(), under_way());
   }
   Reject(planned.number, verdict.problem);
 }
