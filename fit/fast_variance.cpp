@@ -52,7 +52,6 @@ void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome,
 void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
                              const std::vector<Parameter>& free, const SkinPoint& fixed, int octave,
                              bool found) {
-  if (static_cast<int>(free.size()) == kUnknownCount) return;
   seen_from_ = octave;
   detail_ = detail;
   if (found) TakeFixedAsFound(problem, state, free, fixed, detail_->prior.back());
@@ -97,7 +96,7 @@ std::vector<PlaneF> FastVariance::WithAll(const PatchProblem& problem, const Fas
 
 std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
                                      OctaveStep& last) const {
-  if (!detail_) return std::move(last.variance);
+  if (!IsAnyHeld(outcome)) return std::move(last.variance);
   return WithAll(problem, outcome, DetailOfAll(outcome, first), first);
 }
 
@@ -106,9 +105,10 @@ std::vector<PlaneF> FastVariance::OfNoise(const PatchProblem& problem, const Fas
   const std::vector<double>& scatter = outcome.detail.scatter;
   if (!outcome.doubts.IsAny() && *std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter)
     return {};
-  DetailModel quiet = detail_ ? DetailOfAll(outcome, first) : outcome.detail;
+  const bool held = IsAnyHeld(outcome);
+  DetailModel quiet = held ? DetailOfAll(outcome, first) : outcome.detail;
   std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
-  if (detail_) return WithAll(problem, outcome, std::move(quiet), first);
+  if (held) return WithAll(problem, outcome, std::move(quiet), first);
   return SolveInOctaves(problem, LineariseInOctaves(problem, outcome.state), ViewFrom(quiet, first),
                         outcome.fixed)
       .variance;

@@ -17,7 +17,9 @@ class FastVariance {
   void HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
                  const std::vector<Parameter>& free, const SkinPoint& fixed, int octave, bool found);
 
-  bool IsAnyHeld() const { return detail_.has_value(); }
+  bool IsAnyHeld(const FastOutcome& outcome) const {
+    return detail_ && outcome.free.size() < static_cast<std::size_t>(kUnknownCount);
+  }
   // Of all unknowns at the end: what is free as the fit found it.
   DetailModel DetailOfAll(const FastOutcome& outcome, int first) const;
 
@@ -33,7 +35,7 @@ class FastVariance {
   std::vector<PlaneF> WithAll(const PatchProblem& problem, const FastOutcome& outcome, DetailModel all,
                               int first) const;
 
-  std::optional<DetailModel> detail_;  // of all unknowns; nothing: all are free
+  std::optional<DetailModel> detail_;  // of all unknowns; nothing: what is free was not chosen
   int seen_from_ = 0;                  // octave of the coarsest size's pixels
 };
 
