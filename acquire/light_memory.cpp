@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "common/files/atomic_file.h"
+
 namespace dermap {
 namespace {
 
@@ -14,6 +16,7 @@ constexpr double kDarkLevel = 0.02;               // below it a lit frame is dar
 constexpr double kSaturatedCard = 0.95;           // from here on its colour means nothing
 constexpr double kDarker = 0.6, kBrighter = 1.6;  // than the slot's first frame: more than a flash drifts
 constexpr double kNearerBy = 0.5;                 // another slot's colour must be nearer by this factor
+constexpr double kOtherColour = 0.15;  // from its own colour: no lamp or skin changes a narrow band so
 
 double Sum(const CardLevel& c) {
   return c[0] + c[1] + c[2];
@@ -59,6 +62,10 @@ LightJudgement LightMemory::Judge(const FrameRecord& planned, const FrameCheck& 
     judgement.looks_like_slot = slot;
     return judgement;
   }
+  if (own_distance > kOtherColour) {
+    judgement.problem = LightProblem::kOtherSlot;
+    return judgement;
+  }
   const double ratio = Sum(light) / Sum(own->second.per_iso);
   judgement.drift = ratio - 1.0;
   if (ratio < kDarker) judgement.problem = LightProblem::kDark;
@@ -68,7 +75,22 @@ LightJudgement LightMemory::Judge(const FrameRecord& planned, const FrameCheck& 
 
 void LightMemory::Learn(const FrameRecord& frame, const FrameCheck& check) {
   if (frame.role == FrameRole::kBlack || !TellsColour(check.card)) return;
-  by_slot_.try_emplace(frame.slot, Light{PerIso(check.card, frame.iso)});
+  by_slot_.try_emplace(frame.slot, Light{PerIso(check.card, frame.iso), frame.number});
+}
+
+void LightMemory::LearnFrom(const Session& session) {
+  for (const FrameRecord& f : session.frames) {
+    if (f.role != FrameRole::kSpectralon) continue;
+    const RawFrame raw{ReadBinaryFile(session.directory / f.file),
+                       std::filesystem::path(f.file).extension().string()};
+    const FrameCheck check = CheckFrame(raw, session.rig.gray_card_region);
+    if (check.decodes) Learn(f, check);
+  }
+}
+
+int LightMemory::SourceOf(int slot) const {
+  const auto found = by_slot_.find(slot);
+  return found == by_slot_.end() ? 0 : found->second.frame;
 }
 
 std::string DescribeLight(const LightJudgement& judgement) {
@@ -80,6 +102,8 @@ std::string DescribeLight(const LightJudgement& judgement) {
     case LightProblem::kBright:
       return "is far brighter than this filter's first frame";
     case LightProblem::kOtherSlot:
+      if (judgement.looks_like_slot == 0)
+        return "was taken through another filter: its gray card has not the colour of this one";
       return "was taken through another filter: its gray card looks like slot " +
              std::to_string(judgement.looks_like_slot);
     case LightProblem::kNotBlack:

@@ -15,7 +15,7 @@ enum class LightProblem { kNone, kDark, kBright, kOtherSlot, kNotBlack };
 
 struct LightJudgement {
   LightProblem problem = LightProblem::kNone;
-  int looks_like_slot = 0;  // kOtherSlot
+  int looks_like_slot = 0;  // kOtherSlot; 0: like none of those seen
   double drift = 0.0;  // of the card against the slot's first frame: 0.05 is 5 % brighter; 0 where unknown
 };
 
@@ -24,10 +24,14 @@ class LightMemory {
   // `planned` says what the frame should be.
   LightJudgement Judge(const FrameRecord& planned, const FrameCheck& check) const;
   void Learn(const FrameRecord& frame, const FrameCheck& check);
+  void LearnFrom(const Session& session);  // from the Spectralon frames that are there
+  int SourceOf(int slot) const;  // the number of the frame that taught this slot's light; 0: none has
+  void Forget(int slot) { by_slot_.erase(slot); }
 
  private:
   struct Light {
     CardLevel per_iso{};  // level of each channel at ISO 100
+    int frame = 0;
   };
   std::map<int, Light> by_slot_;
 };

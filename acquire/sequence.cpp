@@ -5,6 +5,7 @@
 #include <chrono>
 #include <system_error>
 
+#include "acquire/reference_session.h"
 #include "acquire/schedule.h"
 #include "acquire/session_folder.h"
 #include "acquire/session_runner.h"
@@ -58,7 +59,10 @@ CaptureSummary RunCapture(const CaptureOptions& options) {
 
 CaptureSummary RunCapture(const CaptureOptions& options, Station& station) {
   const auto start = std::chrono::steady_clock::now();
-  SessionFolder folder = OpenSession(options, RigOf(options));
+  const RigConfig rig = RigOf(options);
+  // One that cannot be used is told of before anything is begun.
+  if (!options.reference.empty()) ReferenceSession(options.reference, rig);
+  SessionFolder folder = OpenSession(options, rig);
   folder.AddMissingBlackFrames();  // one may have ended between the last changed frame and its black ones
   CaptureSummary summary;
   summary.kept = folder.done();

@@ -52,6 +52,8 @@ struct CaptureOptions {
   // All frames to take: at the beginning, and whenever an exposure was changed (then with the sentence why).
   std::function<void(const std::vector<FrameRecord>&, const std::string&)> on_schedule;
   std::function<bool()> stop;  // asked before each frame; true ends the session, to be resumed
+  std::function<bool()>
+      pauses;  // whether `stop` would wait now: what is under way is finished before it does
   std::function<std::optional<int>()> retake;  // asked before each frame: the number of one to take again
 };
 

@@ -92,6 +92,7 @@ void SessionFolder::Restore(const std::string& fingerprint) {
   }
   session_.started_utc = events[0].value("time_utc", "");
   KeepFramesOf(events);
+  RemoveLeftovers();
   if (done() < total())
     journal_->Append({{"event", "session_resumed"}, {"time_utc", NowUtc()}, {"kept", done()}});
 }
@@ -116,6 +117,10 @@ void SessionFolder::KeepFramesOf(const std::vector<json>& events) {
     ended_ = kind == "session_complete";
     if (kind == "frame" && event.contains("frame"))
       KeepFrame(FrameFromJson(event["frame"], journal), journal);
+    if (kind == "frame_withdrawn") {
+      std::erase_if(session_.frames,
+                    [&](const FrameRecord& f) { return f.number == event.value("number", 0); });
+    }
     if (kind == "exposure_changed")
       Apply(ExposureChangeFromJson(event.value("change", json::object()), journal));
     if (kind == "black_frames_added") {
@@ -138,6 +143,22 @@ void SessionFolder::DropDamaged() {
   std::sort(frames.begin(), frames.end(), [](const auto& a, const auto& b) { return a.number < b.number; });
 }
 
+// Files under the name of a scheduled frame that no record speaks of: what was being written when we were
+// killed, or the first file of a frame that was taken again. What else lies there is not ours.
+void SessionFolder::RemoveLeftovers() const {
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(session_.directory / "frames", error)) {
+    const std::string name = entry.path().filename().string();
+    const bool is_kept = std::any_of(session_.frames.begin(), session_.frames.end(),
+                                     [&](const auto& f) { return fs::path(f.file).filename() == name; });
+    const bool is_ours = std::any_of(schedule_.begin(), schedule_.end(), [&](const FrameRecord& f) {
+      const std::string stem = fs::path(FrameFileName(f, "x")).stem().string();
+      return entry.path().stem() == stem || name.starts_with("." + stem + ".partial-");
+    });
+    if (is_ours && !is_kept) fs::remove(entry.path(), error);
+  }
+}
+
 void SessionFolder::Apply(const ExposureChange& change) {
   ApplyExposureChange(change, schedule_);
   std::erase_if(session_.frames, [&](const FrameRecord& f) {
@@ -151,6 +172,12 @@ void SessionFolder::ChangeExposure(ExposureChange change) {
   journal_->Append({{"event", "exposure_changed"}, {"change", ExposureChangeToJson(change)}});
   Apply(change);
   WriteSession(session_);
+}
+
+int SessionFolder::ChangesOf(const FrameRecord& f) const {
+  const auto& changes = session_.exposure_changes;
+  return static_cast<int>(std::count_if(changes.begin(), changes.end(),
+                                        [&](const auto& c) { return c.slot == f.slot && c.role == f.role; }));
 }
 
 bool SessionFolder::AddMissingBlackFrames() {
@@ -182,13 +209,26 @@ FrameRecord SessionFolder::Add(const FrameRecord& planned, const RawFrame& raw, 
   WriteFileAtomically(session_.directory / frame.file, std::span<const std::byte>(raw.bytes));
   journal_->Append({{"event", "frame"}, {"frame", FrameToJson(frame)}});  // from here on the frame is safe
   auto& frames = session_.frames;
+  std::string before;  // a camera may name its files otherwise than the last time
+  for (const FrameRecord& f : frames) {
+    if (f.number == frame.number) before = f.file;
+  }
   std::erase_if(frames, [&](const FrameRecord& f) { return f.number == frame.number; });
   frames.insert(
       std::find_if(frames.begin(), frames.end(), [&](const auto& f) { return f.number > frame.number; }),
       frame);
   ended_ = false;
   WriteSession(session_);
+  if (!before.empty() && before != frame.file) RemoveLeftovers();
   return frame;
+}
+
+void SessionFolder::Withdraw(int number, const std::string& why) {
+  Note({{"event", "frame_withdrawn"}, {"number", number}, {"problem", why}});
+  std::erase_if(session_.frames, [&](const FrameRecord& f) { return f.number == number; });
+  ended_ = false;
+  WriteSession(session_);
+  RemoveLeftovers();
 }
 
 void SessionFolder::Note(json event) {

@@ -37,6 +37,7 @@ class SessionFolder {
   // Takes the filter at another ISO from here on: journal, schedule and manifest. Frames that were taken at
   // the old one count no more.
   void ChangeExposure(ExposureChange change);
+  int ChangesOf(const FrameRecord& frame) const;  // so far, of its filter and role
   // Adds to the schedule the black frames that frames at changed exposures lack; false where none do.
   bool AddMissingBlackFrames();
 
@@ -46,6 +47,8 @@ class SessionFolder {
   // Writes the file, then the journal's line, then the manifest. Returns the record with file and hash. A
   // frame that is there already is replaced.
   FrameRecord Add(const FrameRecord& planned, const RawFrame& raw, const std::string& time_utc);
+  // A frame that is there but is not what it should be: it is missing from here on.
+  void Withdraw(int number, const std::string& why);
   // A line for whoever looks for the cause of a failure.
   void Note(nlohmann::json event);
   // Marks the session complete where it is, and writes the manifest.
@@ -57,6 +60,7 @@ class SessionFolder {
   void KeepFrame(FrameRecord frame, const std::string& journal);
   void Apply(const ExposureChange& change);
   void DropDamaged();
+  void RemoveLeftovers() const;
 
   Session session_;
   std::vector<FrameRecord> schedule_;

@@ -3,12 +3,25 @@
 // of steps can take less.
 #pragma once
 
+#include <chrono>
 #include <string>
 #include <vector>
 
 namespace dermap {
 
-// Seconds since the session's first step.
+// Tells seconds since it was made: the session's first step.
+class Stopwatch {
+ public:
+  double Now() const { return At(std::chrono::steady_clock::now()); }
+  double At(std::chrono::steady_clock::time_point time) const {
+    return std::chrono::duration<double>(time - start_).count();
+  }
+
+ private:
+  const std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
+};
+
+// Seconds of a stopwatch.
 struct TimeSpan {
   double start_s = 0.0;
   double end_s = 0.0;
@@ -16,7 +29,7 @@ struct TimeSpan {
 };
 
 // One exposure. The wheel's move for the next frame and the flash's recycling run beside the fetching of this
-// one.
+// one; its check and its writing may run beside the next exposure.
 struct FrameTiming {
   int number = 0;     // of the frame
   bool good = false;  // kept; else it was exposed again

@@ -2,10 +2,17 @@
 // Reading the flags.
 #include "apps/daemon_address.h"
 
+#include <algorithm>
+
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
 
 namespace dermap {
+namespace {
+
+constexpr std::size_t kLongestToken = 1000;
+
+}  // namespace
 
 ServerOptions ParseDaemonAddress(const std::string& flag, const std::string& listen) {
   const auto colon = listen.rfind(':');
@@ -27,6 +34,12 @@ std::string ReadDaemonToken(const std::filesystem::path& path) {
   while (!token.empty() && (token.back() == '\n' || token.back() == '\r')) token.pop_back();
   if (token.size() < 16)
     throw InputError(path.string() + " holds fewer than 16 characters; expected a token to guard");
+  const bool printable = std::all_of(token.begin(), token.end(), [](char c) { return c > ' ' && c <= '~'; });
+  if (!printable || token.size() > kLongestToken) {
+    throw InputError(
+        path.string() +
+        " is no token; expected one line of 16 to 1000 letters, digits and signs, without blanks");
+  }
   return token;
 }
 

@@ -33,6 +33,11 @@ if(DERMAP_SANITIZE)
                          -fno-sanitize-recover=all)
   target_link_options(dermap_options INTERFACE -fsanitize=${DERMAP_SANITIZE})
   target_compile_definitions(dermap_options INTERFACE DERMAP_SANITIZED=1)
+  # The emulated devices need libumockdev's library to be loaded first: the sanitizer's own must be in the program.
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND DERMAP_SANITIZE MATCHES "address")
+    target_link_options(dermap_options INTERFACE -static-libasan)
+    target_compile_definitions(dermap_options INTERFACE DERMAP_STATIC_ASAN=1)
+  endif()
 endif()
 
 if(DERMAP_BUILD_FUZZERS)  # everything is instrumented, the programs alone have libFuzzer's main

@@ -50,7 +50,7 @@ only() {
   [ ${#files[@]} -gt 0 ] && forbid "$why" "$pattern" "${files[@]}"
 }
 only "libgphoto2 and libusb belong in acquire/devices/*.cpp" 'gphoto2/|libusb' '^acquire/devices/[^/]*\.cpp$'
-only "libumockdev belongs in acquire/emulator/usb_bus.cpp" 'umockdev|glib' '^acquire/emulator/usb_bus\.cpp$'
+only "libumockdev belongs in acquire/emulator/usb_bus.cpp and usbfs.cpp" 'umockdev|glib' '^acquire/emulator/(usb_bus|usbfs)\.cpp$'
 only "cpp-httplib belongs in acquire/daemon/*.cpp" 'httplib' '^acquire/daemon/[^/]*\.cpp$'
 only "OpenImageIO belongs in common/files/*.cpp and calibrate/" 'OpenImageIO/' '^(common/files/[^/]*\.cpp|calibrate/.*)$'
 only "Ceres belongs in fit/" 'ceres/' '^fit/'

@@ -10,6 +10,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquire/daemon/frame_view.h"
+#include "acquire/daemon/state_json.h"
 #include "acquire/schedule.h"
 #include "common/core/error.h"
 
@@ -22,21 +23,6 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t kLongestName = 64, kLongestText = 400;
 constexpr std::size_t kMostWarnings = 50;
-
-json ShortFrame(const FrameRecord& f) {
-  return {{"number", f.number},
-          {"role", RoleName(f.role)},
-          {"slot", f.slot},
-          {"wavelength_nm", f.wavelength_nm},
-          {"exposure_ms", f.exposure_ms},
-          {"iso", f.iso}};
-}
-
-json ShortSchedule(const std::vector<FrameRecord>& schedule) {
-  json list = json::array();
-  for (const FrameRecord& f : schedule) list.push_back(ShortFrame(f));
-  return list;
-}
 
 void RequireShort(const char* what, const std::string& text) {
   if (text.size() <= kLongestText) return;
@@ -59,7 +45,7 @@ CaptureDaemon::CaptureDaemon(DaemonOptions options)
                      {"camera", rig.camera_driver},
                      {"wheel", rig.wheel_driver},
                      {"plan", options_.plan.filename().string()},
-                     {"schedule", ShortSchedule(MakeSchedule(rig, plan))}};
+                     {"schedule", ScheduleToJson(MakeSchedule(rig, plan))}};
   fs::create_directories(options_.root);
 }
 
@@ -191,6 +177,11 @@ bool CaptureDaemon::ShallStop() {
   return abort_;
 }
 
+bool CaptureDaemon::Pauses() {
+  const std::lock_guard lock(mutex_);
+  return pause_ && !abort_;
+}
+
 std::optional<int> CaptureDaemon::NextRetake() {
   const std::lock_guard lock(mutex_);
   if (retakes_.empty() || abort_) return std::nullopt;
@@ -212,16 +203,8 @@ void CaptureDaemon::OnFrame(const FrameEvent& event, const RawFrame& raw) {
   }
   done_ = event.done;
   total_ = event.total;
-  json f = ShortFrame(event.frame);
-  f["saturated_share"] = event.check.saturated_share;
-  f["level"] = event.check.level;
-  f["drift"] = event.drift;
-  f["histogram"] = event.check.histogram;
-  f["sharpness"] = view.sharpness;
-  f["window_found"] = view.window_found;
-  f["warning"] = event.warning;
-  f["version"] = version_;  // a frame that is taken again has another picture
-  content_->frames[event.frame.number] = f;
+  // A frame that is taken again has another picture.
+  content_->frames[event.frame.number] = TakenFrameToJson(event, view, version_);
   thumbnails_[event.frame.number] = view.png;
   AddWarning(event.warning);
   Changed();
@@ -237,6 +220,7 @@ void CaptureDaemon::Run(SessionForm form) {
   options.subject = SubjectForm{form.subject, form.site, form.notes};
   options.ask = [this](const OperatorRequest& request) { return Ask(request); };
   options.stop = [this] { return ShallStop(); };
+  options.pauses = [this] { return Pauses(); };
   options.retake = [this] { return NextRetake(); };
   options.on_step = [this](const std::string& step, const FrameRecord* frame) {
     const std::lock_guard lock(mutex_);
@@ -247,7 +231,7 @@ void CaptureDaemon::Run(SessionForm form) {
   options.on_frame = [this](const FrameEvent& event, const RawFrame& raw) { OnFrame(event, raw); };
   options.on_schedule = [this](const std::vector<FrameRecord>& schedule, const std::string& why) {
     const std::lock_guard lock(mutex_);
-    content_->about["schedule"] = ShortSchedule(schedule);
+    content_->about["schedule"] = ScheduleToJson(schedule);
     total_ = static_cast<int>(schedule.size());
     AddWarning(why);
     Changed();
@@ -284,15 +268,8 @@ json CaptureDaemon::State() const {
   s["problem"] = problem_;
   s["warnings"] = warnings_;
   s["pausing"] = pause_ && phase_ != Phase::kPaused;
-  s["frame"] = frame_ ? ShortFrame(*frame_) : json(nullptr);
-  s["request"] = nullptr;
-  if (request_) {
-    constexpr const char* kKinds[]{"place", "turn", "fault"};
-    s["request"] = {{"kind", kKinds[static_cast<int>(request_->kind)]},
-                    {"role", RoleName(request_->role)},
-                    {"slot", request_->slot},
-                    {"sentence", request_->sentence}};
-  }
+  s["frame"] = frame_ ? PlannedFrameToJson(*frame_) : json(nullptr);
+  s["request"] = request_ ? RequestToJson(*request_) : json(nullptr);
   s["seconds_left"] = nullptr;
   if (Busy() && done_at_start_ >= 0 && done_ > done_at_start_ + 1) {
     const std::chrono::duration<double> elapsed = std::chrono::steady_clock::now() - started_;

@@ -66,6 +66,7 @@ class CaptureDaemon {
   void Run(SessionForm form);
   bool Ask(const OperatorRequest& request);
   bool ShallStop();
+  bool Pauses();
   std::optional<int> NextRetake();
   void OnFrame(const FrameEvent& event, const RawFrame& raw);
   void Launch(const SessionForm& form);

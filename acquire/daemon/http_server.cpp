@@ -6,6 +6,7 @@
 
 #include <httplib.h>
 #include <sys/random.h>
+#include <sys/socket.h>
 
 #include <atomic>
 #include <mutex>
@@ -21,6 +22,7 @@ using nlohmann::json;
 using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kLargestBody = 65536;
+constexpr int kLargestFrameNumber = 99999;
 constexpr std::size_t kThreads = 80;  // each event stream holds one
 constexpr std::chrono::seconds kHelmKept{15};
 constexpr std::chrono::milliseconds kHeartbeat{2000};
@@ -76,6 +78,7 @@ struct HttpServer::Impl {
   CaptureDaemon& daemon;
   ServerOptions options;
   httplib::Server server;
+  int listener = -1;
   std::atomic<bool> stopping{false};
   std::mutex helm_mutex;
   std::string helm_key;
@@ -143,7 +146,11 @@ struct HttpServer::Impl {
         act(body);
         response.set_content("{}", "application/json");
       } catch (const json::exception& error) {
-        Refuse(response, 400, error.what());
+        const std::string what = error.what();  // "[json.exception.type_error.302] type must be ..."
+        const auto words = what.find("] ");
+        Refuse(response, 400,
+               "the body is not as /api/schema has it: " +
+                   (words == std::string::npos ? what : what.substr(words + 2)));
       } catch (const Error& error) {
         Refuse(response, 400, error.what());
       }
@@ -173,6 +180,10 @@ struct HttpServer::Impl {
     server.set_read_timeout(5, 0);
     server.set_write_timeout(5, 0);
     server.set_keep_alive_max_count(1000);
+    server.set_socket_options([this](int socket) {
+      listener = socket;
+      httplib::default_socket_options(socket);
+    });
     server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
     server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       response.set_header("X-Content-Type-Options", "nosniff");
@@ -183,6 +194,13 @@ struct HttpServer::Impl {
           "connect-src 'self'; frame-ancestors 'none'");
       return Allowed(request, response) ? httplib::Server::HandlerResponse::Unhandled
                                         : httplib::Server::HandlerResponse::Handled;
+    });
+    server.set_error_handler([](const httplib::Request&, httplib::Response& response) {
+      if (!response.body.empty()) return;
+      Refuse(response, response.status,
+             response.status == 404   ? "there is nothing at this address"
+             : response.status == 413 ? "the body has more than " + std::to_string(kLargestBody) + " bytes"
+                                      : "this is no request that the daemon knows");
     });
     server.Get("/", [](const httplib::Request&, httplib::Response& response) {
       response.set_content(kOperatorPage, "text/html; charset=utf-8");
@@ -220,7 +238,12 @@ struct HttpServer::Impl {
     Post("/api/pause", [this](const json&) { daemon.Pause(); });
     Post("/api/continue", [this](const json&) { daemon.Continue(); });
     Post("/api/abort", [this](const json&) { daemon.Abort(); });
-    Post("/api/retake", [this](const json& body) { daemon.Retake(body.at("number").get<int>()); });
+    Post("/api/retake", [this](const json& body) {
+      const json& number = body.at("number");
+      if (!number.is_number_integer() || number < 1 || number > kLargestFrameNumber)
+        throw InputError("'number' is " + number.dump() + "; expected the number of a frame");
+      daemon.Retake(number.get<int>());
+    });
   }
 };
 
@@ -238,6 +261,9 @@ HttpServer::HttpServer(CaptureDaemon& daemon, ServerOptions options)
     throw InputError("cannot listen on " + o.address + ":" + std::to_string(o.port) +
                      "; remedy: name a free port by --listen, or end the daemon that runs already");
   }
+  // The library has five connections wait at most: of fifty windows that open at once most would be dropped,
+  // and try again seconds later.
+  ::listen(impl_->listener, SOMAXCONN);
 }
 
 HttpServer::~HttpServer() {

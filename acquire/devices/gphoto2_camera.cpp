@@ -1,21 +1,19 @@
 // SPDX-License-Identifier: Apache-2.0
 // Which fault is met by what: busy by asking again, a lost or silent camera by a new connection, a silent
-// helper by a new helper. The numbers of results are libgphoto2's.
+// helper by a new helper.
 #include "acquire/devices/gphoto2_camera.h"
 
 #include <spdlog/spdlog.h>
-#include <stdlib.h>
 
 #include <algorithm>
 #include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
-#include <system_error>
 #include <thread>
 #include <tuple>
 #include <utility>
 
-#include "acquire/devices/worker_process.h"
+#include "acquire/devices/camera_helper.h"
 
 namespace dermap {
 namespace {
@@ -27,112 +25,17 @@ using std::chrono::milliseconds;
 constexpr milliseconds kLongestPause{3000};
 constexpr int kBusyBeforeReopening = 3;
 
-enum GphotoResult {
-  kCameraBusy = -110,
-  kNoSpace = -115,
-  kModelNotFound = -105,
-  kNoMemory = -3,
-  kClaim = -53,
-  kFind = -52,
-  kUnknownPort = -5,
-  kOurSettings = -1000
-};
-
-FaultKind KindOf(int code) {
-  switch (code) {
-    case kCameraBusy:
-      return FaultKind::kBusy;
-    case kNoSpace:
-    case kNoMemory:
-      return FaultKind::kFull;
-    case kClaim:
-      return FaultKind::kInUse;
-    case kFind:
-    case kModelNotFound:
-    case kUnknownPort:
-      return FaultKind::kGone;
-    case kOurSettings:
-      return FaultKind::kSettings;
-    default:
-      return FaultKind::kNoAnswer;
-  }
-}
-
-std::string RemedyFor(FaultKind kind) {
-  switch (kind) {
-    case FaultKind::kBusy:
-      return "wait until its lamp is off; switch off mirror lock-up and live view";
-    case FaultKind::kFull:
-      return "put an empty card into it";
-    case FaultKind::kInUse:
-      return "end the program that holds it ('dermap devices' names it)";
-    case FaultKind::kGone:
-      return "switch it on, check its cable and its battery, and switch off its sleep";
-    case FaultKind::kSettings:
-      return "turn its dial to M, or correct the plan";
-    default:
-      return "switch it off and on";
-  }
-}
-
-struct Answer {
-  json line;
-  std::vector<std::byte> bytes;
-};
-
-Answer AskProcess(WorkerProcess& process, const json& request, milliseconds limit) {
-  WorkerAnswer answer = process.Ask(request.dump(), limit);
-  return {json::parse(answer.line), std::move(answer.bytes)};
-}
-
-// A folder of our own for the helper's HOME, gone with us.
-class PrivateHome {
- public:
-  PrivateHome() {
-    std::string name = (fs::temp_directory_path() / "dermap-camera-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw StorageError("cannot make a folder in " + fs::temp_directory_path().string() +
-                         "; remedy: free some space there, or let TMPDIR name another folder");
-    }
-    path_ = name;
-  }
-  ~PrivateHome() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  PrivateHome(const PrivateHome&) = delete;
-  PrivateHome& operator=(const PrivateHome&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
 }  // namespace
 
-struct Gphoto2Camera::Helper {
-  PrivateHome home;
-  WorkerProcess process{FindHelperProgram("dermap-camera"), home.path()};
-
-  // Throws DeviceFault by the answer's code.
-  Answer Ask(const json& request, milliseconds limit, const std::string& name) {
-    Answer answer = AskProcess(process, request, limit);
-    if (answer.line.value("ok", false)) return answer;
-    const FaultKind kind = KindOf(answer.line.value("code", 0));
-    throw DeviceFault(kind,
-                      name + ": " + answer.line.value("what", "unknown") + "; remedy: " + RemedyFor(kind));
-  }
-};
-
 Gphoto2Camera::Gphoto2Camera(CameraChoice choice, const CameraPatience& patience)
-    : choice_(std::move(choice)), patience_(patience), helper_(std::make_unique<Helper>()) {}
+    : choice_(std::move(choice)), patience_(patience), helper_(std::make_unique<CameraHelper>()) {}
 
 Gphoto2Camera::~Gphoto2Camera() {
   CloseConnection();  // leaves the camera usable by hand
 }
 
 int Gphoto2Camera::helper_pid() const {
-  return helper_->process.pid();
+  return helper_->pid();
 }
 
 void Gphoto2Camera::Open() {
@@ -140,10 +43,10 @@ void Gphoto2Camera::Open() {
                      {"port", choice_.port},
                      {"model", choice_.model},
                      {"answer_ms", patience_.answer.count()}};
-  const Answer answer = helper_->Ask(request, patience_.call, name_);
+  const CameraAnswer answer = helper_->Ask(request, patience_.call, name_);
   set_.reset();
-  name_ = answer.line.value("model", "camera");
-  if (answer.line.value("old_driver", false)) {
+  if (const std::string model = answer.Text("model"); !model.empty()) name_ = model;
+  if (answer.Says("old_driver")) {
     spdlog::warn("{} is driven by an old driver that cannot be triggered: best effort", name_);
   }
   open_ = true;
@@ -153,7 +56,7 @@ void Gphoto2Camera::CloseConnection() {
   open_ = false;
   set_.reset();
   try {
-    if (helper_->process.running()) AskProcess(helper_->process, {{"do", "close"}}, patience_.answer);
+    if (helper_->running()) helper_->Tell({{"do", "close"}}, patience_.answer);
   } catch (const DeviceFault&) {
     // It hangs in closing too: Ask has killed it.
   }
@@ -172,7 +75,7 @@ void Gphoto2Camera::Recover(const DeviceFault& fault, int attempt) {
     CloseConnection();
   } else if (!just_busy) {
     // A second connection that fails as the first does may be libgphoto2's own state: a new process has none.
-    helper_->process.Kill();
+    helper_->Kill();
   }
   const int doublings = std::min(attempt - 1, 8);
   std::this_thread::sleep_for(std::min(kLongestPause, patience_.first_pause * (1 << doublings)));
@@ -217,7 +120,7 @@ void Gphoto2Camera::Check(const CaptureSettings& settings) {
 std::optional<int> Gphoto2Camera::RoomForFrames() {
   std::optional<int> room;
   Insist("tell its room", [&] {
-    const int left = helper_->Ask({{"do", "room"}}, patience_.call, name_).line.value("room", -1);
+    const int left = helper_->Ask({{"do", "room"}}, patience_.call, name_).Number("room", -1);
     room = left >= 0 ? std::optional(left) : std::nullopt;
   });
   return room;
@@ -261,10 +164,10 @@ bool Gphoto2Camera::IsOfAnEarlierShot(const std::string& folder, const std::stri
 void Gphoto2Camera::FindFile() {
   bool again = false;
   const auto await = [&](milliseconds limit) {
-    const Answer place = helper_->Ask({{"do", "fetch"}, {"limit_ms", limit.count()}, {"again", again}},
-                                      patience_.call + limit, name_);
+    const CameraAnswer place = helper_->Ask({{"do", "fetch"}, {"limit_ms", limit.count()}, {"again", again}},
+                                            patience_.call + limit, name_);
     again = true;
-    return std::pair(place.line.value("folder", ""), place.line.value("name", ""));
+    return std::pair(place.Text("folder"), place.Text("name"));
   };
   do {
     std::tie(folder_, file_) = await(patience_.file);
@@ -282,7 +185,7 @@ void Gphoto2Camera::FindFile() {
 
 RawFrame Gphoto2Camera::FetchOnce() {
   if (file_.empty()) FindFile();
-  const Answer answer =
+  const CameraAnswer answer =
       helper_->Ask({{"do", "fetch"}, {"folder", folder_}, {"name", file_}}, patience_.call, name_);
   RawFrame frame;
   frame.bytes = answer.bytes;
@@ -303,7 +206,7 @@ RawFrame Gphoto2Camera::Fetch() {
       // again.
       if (!file_.empty() && folder_ != "/") throw;
       if (fault.kind() != FaultKind::kBusy) open_ = false;
-      if (helper_->process.running()) helper_->process.Kill();
+      if (helper_->running()) helper_->Kill();
       throw DeviceError(fault.what());
     }
   });
@@ -314,12 +217,12 @@ RawFrame Gphoto2Camera::Fetch() {
 }
 
 std::vector<AttachedCamera> ListCameras() {
-  const PrivateHome home;
-  WorkerProcess helper(FindHelperProgram("dermap-camera"), home.path());
-  const Answer answer = AskProcess(helper, {{"do", "list"}}, milliseconds(20000));
+  CameraHelper helper;
+  const CameraAnswer answer = helper.Tell({{"do", "list"}}, milliseconds(20000));
   std::vector<AttachedCamera> cameras;
-  if (!answer.line.contains("cameras")) return cameras;
-  for (const json& c : answer.line["cameras"]) {
+  const json found = json::parse(answer.line);
+  if (!found.contains("cameras")) return cameras;
+  for (const json& c : found["cameras"]) {
     cameras.push_back({c.value("model", ""), c.value("port", ""), c.value("driver", "")});
   }
   return cameras;

@@ -16,6 +16,8 @@
 
 namespace dermap {
 
+class CameraHelper;
+
 // How long to wait, and how often to try, before a fault counts; tests shorten them.
 struct CameraPatience {
   std::chrono::milliseconds plug_in{30000};  // how long it may be off the bus
@@ -54,7 +56,6 @@ class Gphoto2Camera : public Camera {
   std::function<void(const DeviceFault&)> on_retry;
 
  private:
-  struct Helper;
   void Open();
   void CloseConnection();
   void Set(const CaptureSettings& settings);
@@ -68,7 +69,7 @@ class Gphoto2Camera : public Camera {
 
   CameraChoice choice_;
   CameraPatience patience_;
-  std::unique_ptr<Helper> helper_;
+  std::unique_ptr<CameraHelper> helper_;
   std::string name_ = "camera";
   std::uintmax_t frame_bytes_ = 30'000'000;
   bool open_ = false;

@@ -29,6 +29,7 @@ class Starlight : public WheelProtocol {
     throw DeviceFault(FaultKind::kNoAnswer, Name() + " says that it has " + std::to_string(count) +
                                                 " slots; remedy: switch it off and on");
   }
+  bool BeginFindsSlots() const override { return true; }
   void StartMove(UsbLink& link, int slot, const WheelTiming& timing) override {
     Forget(link);
     Ask(link, {static_cast<std::uint8_t>(kMove + slot), 0}, timing);

@@ -37,6 +37,7 @@ class Thorlabs : public WheelProtocol {
     }
     return count_ = Number(Ask(link, "pcount?", timing.answer));
   }
+  bool BeginFindsSlots() const override { return false; }  // it has no command for it
   void StartMove(UsbLink& link, int slot, const WheelTiming& timing) override {
     // The prompt comes once it stands: the time of a whole turn.
     const auto limit = timing.answer + count_ * timing.per_slot;

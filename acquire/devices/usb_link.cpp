@@ -66,7 +66,7 @@ std::vector<UsbFound> ListUsbDevices() {
 struct UsbLink::Impl {
   std::string name;
   UsbId id;
-  Context context;
+  std::unique_ptr<Context> context = std::make_unique<Context>();
   libusb_device_handle* handle = nullptr;
 
   [[noreturn]] void Throw(const char* doing, int error) const {
@@ -97,24 +97,38 @@ struct UsbLink::Impl {
     return length > 0 && id.serial == reinterpret_cast<const char*>(text);
   }
 
+  // 0, or why not. libusb may still list one that has gone: only claiming it tells.
+  int OpenOne(libusb_device* device, int serial_index) {
+    libusb_device_handle* candidate = nullptr;
+    int error = libusb_open(device, &candidate);
+    if (error != 0) return error;
+    if (!SerialFits(candidate, serial_index)) error = LIBUSB_ERROR_NO_DEVICE;
+    libusb_set_auto_detach_kernel_driver(candidate, 1);
+    if (error == 0) error = libusb_claim_interface(candidate, 0);
+    if (error == 0) {
+      handle = candidate;
+    } else {
+      libusb_close(candidate);
+    }
+    return error;
+  }
+
+  // Looks at the buses anew, where news of them may have been lost.
+  void Renew() {
+    context.reset();
+    context = std::make_unique<Context>();
+  }
+
   // 0, or why the last candidate could not be opened.
   int OpenAny() {
     libusb_device** list = nullptr;
-    const auto count = libusb_get_device_list(context.value, &list);
+    const auto count = libusb_get_device_list(context->value, &list);
     int error = LIBUSB_ERROR_NO_DEVICE;
     for (ssize_t i = 0; i < count && handle == nullptr; ++i) {
       libusb_device_descriptor d{};
       if (libusb_get_device_descriptor(list[i], &d) != 0) continue;
       if (d.idVendor != id.vendor || d.idProduct != id.product) continue;
-      libusb_device_handle* candidate = nullptr;
-      error = libusb_open(list[i], &candidate);
-      if (error != 0) continue;
-      if (SerialFits(candidate, d.iSerialNumber)) {
-        handle = candidate;
-      } else {
-        libusb_close(candidate);
-        error = LIBUSB_ERROR_NO_DEVICE;
-      }
+      error = OpenOne(list[i], d.iSerialNumber);
     }
     if (list != nullptr) libusb_free_device_list(list, 1);
     return handle != nullptr ? 0 : error;
@@ -125,21 +139,21 @@ struct UsbLink::Impl {
     bool arrived = false;
     libusb_hotplug_callback_handle callback{};
     const int error = libusb_hotplug_register_callback(
-        context.value, LIBUSB_HOTPLUG_EVENT_DEVICE_ARRIVED, LIBUSB_HOTPLUG_NO_FLAGS, id.vendor, id.product,
+        context->value, LIBUSB_HOTPLUG_EVENT_DEVICE_ARRIVED, LIBUSB_HOTPLUG_NO_FLAGS, id.vendor, id.product,
         LIBUSB_HOTPLUG_MATCH_ANY, OnArrival, &arrived, &callback);
     Require("watch the bus", error);
     while (!arrived && SteadyClock::now() < until) {
       timeval step{0, 50000};
-      libusb_handle_events_timeout_completed(context.value, &step, nullptr);
+      libusb_handle_events_timeout_completed(context->value, &step, nullptr);
       // One that came between our look and the registration is not told of.
       if (OpenAny() == 0) break;
     }
-    libusb_hotplug_deregister_callback(context.value, callback);
+    libusb_hotplug_deregister_callback(context->value, callback);
     return arrived || handle != nullptr;
   }
 };
 
-UsbLink::UsbLink(std::string name, UsbId id) : impl_(new Impl{std::move(name), std::move(id), {}, nullptr}) {}
+UsbLink::UsbLink(std::string name, UsbId id) : impl_(new Impl{std::move(name), std::move(id)}) {}
 
 UsbLink::~UsbLink() {
   Close();
@@ -149,15 +163,14 @@ void UsbLink::Open(milliseconds wait) {
   Close();
   const auto until = SteadyClock::now() + wait;
   int error = impl_->OpenAny();
+  if (error == LIBUSB_ERROR_NO_DEVICE) {
+    impl_->Renew();
+    error = impl_->OpenAny();
+  }
   if (error == LIBUSB_ERROR_NO_DEVICE && impl_->WaitForArrival(until)) {
     error = impl_->handle != nullptr ? 0 : impl_->OpenAny();
   }
   impl_->Require("find it on USB", error);
-  libusb_set_auto_detach_kernel_driver(impl_->handle, 1);
-  if (const int claim = libusb_claim_interface(impl_->handle, 0); claim != 0) {
-    Close();
-    impl_->Throw("claim it", claim);
-  }
 }
 
 bool UsbLink::is_open() const {

@@ -4,8 +4,10 @@
 
 #include <spdlog/spdlog.h>
 
+#include <algorithm>
 #include <optional>
 #include <thread>
+#include <utility>
 
 #include "acquire/devices/device_fault.h"
 
@@ -14,6 +16,8 @@ namespace {
 
 constexpr int kAttempts = 3;
 constexpr int kAttemptsWhenStuck = 2;  // each takes as long as a whole turn
+constexpr int kAsksAroundTheEnd = 4;   // of a move, from when it was last seen under way to when it was over
+constexpr std::chrono::milliseconds kQuickestPoll{5};
 
 }  // namespace
 
@@ -22,11 +26,35 @@ UsbWheel::UsbWheel(std::unique_ptr<WheelProtocol> protocol, const WheelTiming& t
 
 void UsbWheel::Connect() {
   link_.Open(timing_.plug_in);
+  stands_at_ = 0;
   slot_count_ = protocol_->Begin(link_, timing_);
 }
 
 int UsbWheel::SlotCount() const {
   return slot_count_;
+}
+
+// A wheel is asked rarely while it turns, and often around the time at which such a move ended before: frames
+// wait for it.
+UsbWheel::Clock::duration UsbWheel::PauseAfter(Clock::duration elapsed, const MoveTime& last_time) const {
+  if (elapsed < last_time.moving) return last_time.moving - elapsed;
+  if (elapsed >= last_time.standing) return timing_.poll;
+  const Clock::duration between = (last_time.standing - last_time.moving) / kAsksAroundTheEnd;
+  return std::clamp<Clock::duration>(between, kQuickestPoll, timing_.poll);
+}
+
+int UsbWheel::Move(int slot, MoveTime& took, Clock::duration limit) {
+  const MoveTime last_time = std::exchange(took, {});
+  const auto start = Clock::now();
+  protocol_->StartMove(link_, slot, timing_);
+  while (true) {
+    const auto asked = Clock::now() - start;
+    const int position = protocol_->Position(link_, timing_);
+    took.standing = Clock::now() - start;
+    if (position != 0 || asked > limit) return position;
+    took.moving = asked;
+    std::this_thread::sleep_for(PauseAfter(took.standing, last_time));
+  }
 }
 
 void UsbWheel::MoveOnce(int slot) {
@@ -36,21 +64,24 @@ void UsbWheel::MoveOnce(int slot) {
                                                 " was asked for, it has 1 to " + std::to_string(slot_count_) +
                                                 "; remedy: correct the slots of the rig");
   }
-  protocol_->StartMove(link_, slot, timing_);
+  const int steps = stands_at_ == 0 ? 0 : (slot - stands_at_ + slot_count_) % slot_count_;
+  stands_at_ = 0;
+  MoveTime took = move_times_[steps];
   const auto limit = timing_.answer + slot_count_ * timing_.per_slot;
-  const auto until = std::chrono::steady_clock::now() + limit;
-  int position = protocol_->Position(link_, timing_);
-  while (position == 0 && std::chrono::steady_clock::now() < until) {
-    std::this_thread::sleep_for(timing_.poll);
-    position = protocol_->Position(link_, timing_);
+  const int position = Move(slot, took, limit);
+  if (position == slot) {
+    stands_at_ = slot;
+    if (steps != 0) move_times_[steps] = took;
+    return;
   }
-  if (position == slot) return;
-  throw DeviceFault(FaultKind::kStuck,
-                    Name() +
-                        (position == 0 ? " still moves after " + std::to_string(limit.count() / 1000.0) + " s"
-                                       : " stands at slot " + std::to_string(position)) +
-                        " on its way to slot " + std::to_string(slot) +
-                        "; remedy: see whether a filter or a cable blocks it, then go on");
+  throw DeviceFault(
+      FaultKind::kStuck,
+      Name() +
+          (position == 0
+               ? " still moves after " + std::to_string(std::chrono::duration<double>(limit).count()) + " s"
+               : " stands at slot " + std::to_string(position)) +
+          " on its way to slot " + std::to_string(slot) +
+          "; remedy: see whether a filter or a cable blocks it, then go on");
 }
 
 void UsbWheel::MoveTo(int slot) {

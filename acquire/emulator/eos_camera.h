@@ -5,10 +5,11 @@
 
 #include <deque>
 #include <functional>
-#include <map>
-#include <string>
+#include <optional>
 
+#include "acquire/emulator/eos_card.h"
 #include "acquire/emulator/eos_faults.h"
+#include "acquire/emulator/eos_settings.h"
 #include "acquire/emulator/ptp.h"
 
 namespace dermap::emulator {
@@ -25,8 +26,9 @@ struct CameraTiming {
 
 class EosCamera {
  public:
-  // Makes the file of a shot, as the light is at that moment.
-  using Exposure = std::function<Bytes(double exposure_ms, int iso)>;
+  // Takes the light of a shot as it is at that moment; what it returns makes the file of it, in another
+  // thread.
+  using Exposure = std::function<std::function<Bytes()>(double exposure_ms, int iso)>;
   EosCamera(Exposure exposure, const CameraTiming& timing);
 
   PtpReply Handle(const PtpRequest& request);
@@ -41,41 +43,34 @@ class EosCamera {
   std::function<void(double seconds)> taken;   // and those where another program takes it
 
  private:
-  struct Object {
-    std::string name;
-    Bytes file;
-    bool on_card = true;
-  };
+  // What the host hears of when it next asks.
   struct Event {
-    Bytes bytes;
+    std::uint32_t kind = 0;
+    Bytes payload;
+    std::uint32_t new_object = 0;  // 0: none; else the payload is its announcement, once its file is made
     Clock::time_point when;
   };
 
   PtpReply Answer(const PtpRequest& request);
   PtpReply DeviceInfo() const;
   PtpReply StorageInfo() const;
-  PtpReply ObjectHandles(const PtpRequest& request) const;
-  PtpReply ObjectInfo(std::uint32_t handle) const;
-  PtpReply FolderEntries(std::uint32_t parent) const;
-  PtpReply ObjectPart(std::uint32_t handle, std::uint32_t offset, std::uint32_t size);
-  PtpReply SetProperty(const Bytes& data);
+  PtpReply Read(const PtpRequest& request, std::uint32_t offset, std::uint32_t size);
+  PtpReply Set(const Bytes& data);
   PtpReply Events();
   PtpReply Press(std::uint32_t how_far);
-  void Store(Bytes file, Clock::time_point when);
+  std::optional<PtpReply> FailAt(const std::optional<PlannedFault>& fault);  // before anything is exposed
+  void Shoot(const std::optional<PlannedFault>& fault);
   void TellAll();
   void TellValue(std::uint32_t property);
-  void TellChoices(std::uint32_t property, const std::vector<std::uint32_t>& values);
-  void Tell(std::uint32_t kind, const Bytes& payload, Clock::time_point when);
+  void Tell(std::uint32_t kind, Bytes payload);
   Clock::time_point In(double seconds) const;
 
   Exposure exposure_;
   CameraTiming timing_;
-  std::map<std::uint32_t, std::uint32_t> values_;
-  std::map<std::uint32_t, Object> objects_;
+  EosSettings settings_;
+  EosCard card_;
   std::deque<Event> events_;
-  Bytes last_file_;
-  std::uint32_t next_object_ = 0x91900001;
-  int next_name_ = 1;
+  FutureFile last_file_;
   int shots_ = 0;
   bool session_open_ = false;
   bool remote_ = false;

@@ -27,14 +27,15 @@ RigConfig WithOpaqueSlot(RigConfig rig) {
 LightPath::LightPath(const RigConfig& rig, const WheelMotion& wheel, const ProgressFunction& progress)
     : wheel_(wheel), bench_(WithOpaqueSlot(rig), ReadScene(rig.simulated_scene, rig.window_mm), progress) {}
 
-Bytes LightPath::Expose(double exposure_ms, int iso) {
+std::function<Bytes()> LightPath::Expose(double exposure_ms, int iso) {
   const int in_the_light = wheel_.InTheLight();
   const bool lit = in_the_light != 0 && FindSlot(bench_.rig(), in_the_light) != nullptr;
   const int slot = lit ? in_the_light : FindOpaqueSlot(bench_.rig())->slot;
-  const Shot shot{target, slot, exposure_ms, iso, ++shots_};
-  const std::vector<std::byte> file = EncodeDng(bench_.Expose(shot), MetadataOfShot(bench_, shot));
-  const auto* begin = reinterpret_cast<const std::uint8_t*>(file.data());
-  return {begin, begin + file.size()};
+  return [this, shot = Shot{target, slot, exposure_ms, iso, ++shots_}] {
+    const std::vector<std::byte> file = EncodeDng(bench_.Expose(shot), MetadataOfShot(bench_, shot));
+    const auto* begin = reinterpret_cast<const std::uint8_t*>(file.data());
+    return Bytes(begin, begin + file.size());
+  };
 }
 
 }  // namespace dermap::emulator

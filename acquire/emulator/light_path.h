@@ -3,6 +3,8 @@
 // emulated wheel really holds into the light, and the target that the operator has put in place.
 #pragma once
 
+#include <functional>
+
 #include "acquire/emulator/wheel_motion.h"
 #include "acquire/simulated/optical_bench.h"
 
@@ -14,8 +16,9 @@ class LightPath {
   LightPath(const RigConfig& rig, const WheelMotion& wheel, const ProgressFunction& progress = {});
 
   FrameRole target = FrameRole::kBlack;
-  // The file of one exposure. A wheel that turns lets nothing through, as one between two slots does.
-  Bytes Expose(double exposure_ms, int iso);
+  // One exposure, with what stands in the light now; what it returns makes the file, at any time and in any
+  // thread. A wheel that turns lets nothing through, as one between two slots does.
+  std::function<Bytes()> Expose(double exposure_ms, int iso);
 
  private:
   const WheelMotion& wheel_;

@@ -4,6 +4,24 @@
 
 namespace dermap::emulator {
 
+PtpReply PtpData(Bytes data) {
+  PtpReply reply;
+  reply.data = std::move(data);
+  return reply;
+}
+
+PtpReply PtpResult(std::uint16_t code) {
+  PtpReply reply;
+  reply.code = code;
+  return reply;
+}
+
+PtpReply PtpSilence() {
+  PtpReply reply;
+  reply.silent = true;
+  return reply;
+}
+
 PtpWriter& PtpWriter::U8(std::uint32_t v) {
   bytes_.push_back(static_cast<std::uint8_t>(v & 0xFF));
   return *this;

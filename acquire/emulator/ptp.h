@@ -41,6 +41,10 @@ struct PtpReply {
   bool silent = false;                       // it never comes
 };
 
+PtpReply PtpData(Bytes data);
+PtpReply PtpResult(std::uint16_t code);
+PtpReply PtpSilence();
+
 // Little-endian, as PTP over USB and IP has it.
 class PtpWriter {
  public:

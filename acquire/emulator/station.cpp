@@ -100,6 +100,7 @@ void EmulatedStation::TurnWheel(int slot) {
 void EmulatedStation::SeeToIt() {
   const std::lock_guard lock(bus_.lock());
   motion_.stuck = false;
+  motion_.slip = 0;  // it finds its slots anew when it is switched off and on
   starlight_.silent = thorlabs_.silent = false;
   camera_usb_.held_until = {};
   camera_.ChangeCard();

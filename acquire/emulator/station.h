@@ -35,7 +35,7 @@ class EmulatedStation {
   // What an operator does.
   void Place(FrameRole role);
   void TurnWheel(int slot);
-  void SeeToIt();  // frees the wheel, changes the card
+  void SeeToIt();  // frees the wheel and switches it off and on, changes the card
 
   int network_port() const { return network_ ? network_->port() : 0; }
   int shots();

@@ -1,26 +1,20 @@
 // SPDX-License-Identifier: Apache-2.0
-// libumockdev's side: sysfs, the device nodes, and the requests of usbfs. libusb waits for a node to become
-// writable; ours are FIFOs, kept full while no transfer is done and drained once one is.
+// libumockdev's side: sysfs, the device nodes, and who asks.
 #include "acquire/emulator/usb_bus.h"
 
-#include <fcntl.h>
-#include <linux/usbdevice_fs.h>
-#include <sys/ioctl.h>
-#include <sys/stat.h>
 #include <umockdev.h>
-#include <unistd.h>
 
-#include <array>
+#include <algorithm>
 #include <cerrno>
 #include <condition_variable>
-#include <cstddef>
 #include <cstdio>
-#include <cstring>
 #include <filesystem>
 #include <set>
 #include <thread>
 
+#include "acquire/emulator/readiness_fifo.h"
 #include "acquire/emulator/usb_line.h"
+#include "acquire/emulator/usbfs.h"
 #include "common/core/error.h"
 
 namespace dermap::emulator {
@@ -31,69 +25,11 @@ namespace {
 
 namespace fs = std::filesystem;
 
-constexpr std::uint32_t kCapabilities = USBDEVFS_CAP_BULK_SCATTER_GATHER | USBDEVFS_CAP_BULK_CONTINUATION |
-                                        USBDEVFS_CAP_NO_PACKET_SIZE_LIM | USBDEVFS_CAP_REAP_AFTER_DISCONNECT |
-                                        USBDEVFS_CAP_ZERO_PACKET;
-constexpr int kFifoBytes = 4096;
-
 struct GObjectRelease {
   void operator()(void* object) const { g_object_unref(object); }
 };
 template <class T>
 using GPointer = std::unique_ptr<T, GObjectRelease>;
-
-std::string Hex(const Bytes& bytes) {
-  std::string text;
-  char digits[3];
-  for (const std::uint8_t b : bytes) {
-    std::snprintf(digits, sizeof digits, "%02X", b);
-    text += digits;
-  }
-  return text;
-}
-
-// A node that is writable exactly while `Set(true)`.
-class ReadinessFifo {
- public:
-  explicit ReadinessFifo(const fs::path& path) {
-    std::error_code ignored;
-    fs::create_directories(path.parent_path(), ignored);
-    // Opened under another name: whoever looks for programs that have the node open shall find its clients
-    // alone.
-    fs::path own = path;
-    own.replace_filename(std::string(1, '.').append(path.filename().string()));
-    if (::mkfifo(own.c_str(), 0666) != 0) throw DeviceError("cannot make " + own.string());
-    fd_ = ::open(own.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
-    if (fd_ < 0 || ::link(own.c_str(), path.c_str()) != 0) throw DeviceError("cannot open " + own.string());
-    ::fcntl(fd_, F_SETPIPE_SZ, kFifoBytes);
-    Set(false);
-  }
-  ~ReadinessFifo() { ::close(fd_); }
-  ReadinessFifo(const ReadinessFifo&) = delete;
-  ReadinessFifo& operator=(const ReadinessFifo&) = delete;
-
-  void Set(bool ready) {
-    if (ready == ready_) return;
-    ready_ = ready;
-    std::array<char, kFifoBytes> block{};
-    if (ready) {
-      while (::read(fd_, block.data(), block.size()) > 0) {
-      }
-    } else {
-      while (::write(fd_, block.data(), block.size()) > 0) {
-      }
-    }
-  }
-
- private:
-  int fd_ = -1;
-  bool ready_ = true;
-};
-
-// What is kept of a transfer's memory in the client.
-struct TransferMemory {
-  GPointer<UMockdevIoctlData> urb, buffer;
-};
 
 struct Port {
   Port(UsbDevice& device, const fs::path& node_path, std::string name)
@@ -114,10 +50,6 @@ std::mutex& LivingMutex() {
 std::set<const void*>& LivingBuses() {
   static std::set<const void*> buses;
   return buses;
-}
-
-TransferMemory* MemoryOf(const Transfer& t) {
-  return static_cast<TransferMemory*>(t.handle);
 }
 
 }  // namespace
@@ -171,105 +103,18 @@ struct UsbBus::Impl {
     }
   }
 
+  bool IsPlugged(const UsbDevice& device) {
+    const std::lock_guard lock(mutex);
+    return std::any_of(ports.begin(), ports.end(), [&](const auto& port) {
+      return !port->line.gone() && &port->line.device() == &device;
+    });
+  }
+
   Port* PortOf(UMockdevIoctlBase* handler) {
     for (const auto& port : ports) {
       if (port->handler.get() == handler) return port.get();
     }
     return nullptr;
-  }
-
-  int Submit(Port& port, UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
-    if (port.line.gone()) return ENODEV;
-    auto memory = std::make_unique<TransferMemory>();
-    memory->urb.reset(umockdev_ioctl_data_resolve(arg, 0, sizeof(usbdevfs_urb), nullptr));
-    if (!memory->urb) return EFAULT;
-    auto* urb = reinterpret_cast<usbdevfs_urb*>(memory->urb->data);
-    if (urb->type == USBDEVFS_URB_TYPE_ISO || urb->buffer_length < 0) return EINVAL;
-    Transfer t;
-    t.client = client;
-    t.id = memory->urb->client_addr;
-    t.kind = urb->type;
-    t.endpoint = urb->endpoint;
-    if (urb->buffer_length > 0) {
-      memory->buffer.reset(umockdev_ioctl_data_resolve(memory->urb.get(), offsetof(usbdevfs_urb, buffer),
-                                                       static_cast<gsize>(urb->buffer_length), nullptr));
-      if (!memory->buffer) return EFAULT;
-      t.buffer = {memory->buffer->data, static_cast<std::size_t>(memory->buffer->data_len)};
-    }
-    t.handle = memory.release();
-    port.line.Submit(t);
-    return 0;
-  }
-
-  // 0 or an errno; the reaped transfer is handed to the client's pointer.
-  int Reap(Port& port, UMockdevIoctlClient* client, UMockdevIoctlData* arg) {
-    const auto transfer = port.line.Reap(client);
-    port.fifo.Set(port.line.HasDone());
-    if (!transfer) return port.line.gone() ? ENODEV : EAGAIN;
-    const std::unique_ptr<TransferMemory> memory(MemoryOf(*transfer));
-    auto* urb = reinterpret_cast<usbdevfs_urb*>(memory->urb->data);
-    urb->status = transfer->status;
-    urb->actual_length = transfer->actual;
-    const GPointer<UMockdevIoctlData> slot(umockdev_ioctl_data_resolve(arg, 0, sizeof(void*), nullptr));
-    if (!slot) return EFAULT;
-    umockdev_ioctl_data_set_ptr(slot.get(), 0, memory->urb.get());
-    return 0;
-  }
-
-  int Number(UMockdevIoctlData* arg, unsigned& value) {
-    const GPointer<UMockdevIoctlData> data(umockdev_ioctl_data_resolve(arg, 0, sizeof value, nullptr));
-    if (!data) return EFAULT;
-    std::memcpy(&value, data->data, sizeof value);
-    return 0;
-  }
-
-  int Capabilities(UMockdevIoctlData* arg) {
-    const GPointer<UMockdevIoctlData> data(
-        umockdev_ioctl_data_resolve(arg, 0, sizeof kCapabilities, nullptr));
-    if (!data) return EFAULT;
-    std::memcpy(data->data, &kCapabilities, sizeof kCapabilities);
-    return 0;
-  }
-
-  // 0 or an errno.
-  int Handle(Port& port, UMockdevIoctlClient* client, unsigned long request, UMockdevIoctlData* arg) {
-    unsigned number = 0;
-    switch (request) {
-      case USBDEVFS_GET_CAPABILITIES:
-        return Capabilities(arg);
-      case USBDEVFS_CLAIMINTERFACE:
-      case USBDEVFS_DISCONNECT_CLAIM:  // begins with the interface's number too
-        if (const int error = Number(arg, number)) return error;
-        return port.line.Claim(client, number);
-      case USBDEVFS_RELEASEINTERFACE:
-        port.line.Release(client);
-        return 0;
-      case USBDEVFS_CLEAR_HALT:
-      case USBDEVFS_RESETEP:
-        if (const int error = Number(arg, number)) return error;
-        if (port.line.gone()) return ENODEV;
-        port.line.Halt(number);
-        return 0;
-      case USBDEVFS_SETINTERFACE:
-      case USBDEVFS_SETCONFIGURATION:
-      case USBDEVFS_RESET:
-        return port.line.gone() ? ENODEV : 0;
-      case USBDEVFS_SUBMITURB:
-        return Submit(port, client, arg);
-      case USBDEVFS_DISCARDURB: {
-        std::uint64_t id = 0;
-        std::memcpy(&id, arg->data, sizeof id);
-        return port.line.Discard(client, id) ? 0 : EINVAL;
-      }
-      case USBDEVFS_REAPURB:
-      case USBDEVFS_REAPURBNDELAY:
-        return Reap(port, client, arg);
-      case USBDEVFS_GETDRIVER:
-      case USBDEVFS_IOCTL:
-        return ENODATA;  // no kernel driver is bound
-      default:
-        return ENOTTY;
-    }
   }
 
   static gboolean OnIoctl(UMockdevIoctlBase* handler, UMockdevIoctlClient* client, gpointer self_pointer) {
@@ -280,8 +125,9 @@ struct UsbBus::Impl {
         auto& self = *static_cast<Impl*>(self_pointer);
         const std::lock_guard lock(self.mutex);
         if (Port* port = self.PortOf(handler)) {
-          error = self.Handle(*port, client, umockdev_ioctl_client_get_request(client),
+          error = AnswerUsbfs(port->line, client, umockdev_ioctl_client_get_request(client),
                               umockdev_ioctl_client_get_arg(client));
+          port->fifo.Set(port->line.HasDone());
         }
         self.wake.notify_all();
       }
@@ -301,23 +147,15 @@ struct UsbBus::Impl {
     auto& self = *static_cast<Impl*>(self_pointer);
     const std::lock_guard lock(self.mutex);
     for (const auto& port : self.ports) {
-      for (const Transfer& t : port->line.Forget(client)) delete MemoryOf(t);
+      for (const Transfer& t : port->line.Forget(client)) LetGoOf(t);
       port->fifo.Set(port->line.HasDone());
     }
   }
 
   void AddToSysfs(Port& port, const UsbIdentity& id, int address) {
-    char text[1600];
-    std::snprintf(
-        text, sizeof text,
-        "P: /devices/usb1/1-%d\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\n"
-        "E: DEVNAME=/dev/bus/usb/001/%03d\nE: BUSNUM=001\nE: DEVNUM=%03d\nE: MAJOR=189\nE: MINOR=%d\n"
-        "A: busnum=1\nA: devnum=%d\nA: idVendor=%04x\nA: idProduct=%04x\nA: speed=%d\n"
-        "A: bConfigurationValue=1\nA: bNumConfigurations=1\nH: descriptors=%s\n",
-        address, address, address, address - 1, address, id.vendor, id.product, id.speed_mbit_s,
-        Hex(UsbDescriptors(id)).c_str());
+    const std::string text = SysfsEntry(id, address);
     GError* error = nullptr;
-    if (!umockdev_testbed_add_from_string(testbed.get(), text, &error)) {
+    if (!umockdev_testbed_add_from_string(testbed.get(), text.c_str(), &error)) {
       const std::string why = error != nullptr ? error->message : "";
       g_clear_error(&error);
       throw DeviceError("libumockdev does not take the emulated device: " + why);
@@ -344,6 +182,7 @@ std::mutex& UsbBus::lock() {
 }
 
 void UsbBus::Plug(UsbDevice& device) {
+  if (impl_->IsPlugged(device)) return;
   const int address = ++impl_->last_address;
   char node[32];
   std::snprintf(node, sizeof node, "/dev/bus/usb/001/%03d", address);

@@ -23,7 +23,7 @@ class UsbBus {
   std::mutex& lock();
   // The device must outlive its time on the bus. Both tell clients by a uevent; unplugging ends transfers in
   // flight.
-  void Plug(UsbDevice& device);
+  void Plug(UsbDevice& device);  // nothing where it is plugged already
   void Unplug(UsbDevice& device);
 
  private:

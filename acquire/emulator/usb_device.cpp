@@ -2,7 +2,22 @@
 // Descriptors, USB 2.0 chapter 9.6.
 #include "acquire/emulator/usb_device.h"
 
+#include <cstdio>
+
 namespace dermap::emulator {
+namespace {
+
+std::string Hex(const Bytes& bytes) {
+  std::string text;
+  char digits[3];
+  for (const std::uint8_t b : bytes) {
+    std::snprintf(digits, sizeof digits, "%02X", b);
+    text += digits;
+  }
+  return text;
+}
+
+}  // namespace
 namespace {
 
 void Append16(Bytes& out, unsigned value) {
@@ -40,6 +55,18 @@ Bytes UsbString(const UsbIdentity& id, int index) {
   Bytes d{static_cast<std::uint8_t>(2 + 2 * texts[index - 1]->size()), 3};
   for (const char c : *texts[index - 1]) Append16(d, static_cast<unsigned char>(c));
   return d;
+}
+
+std::string SysfsEntry(const UsbIdentity& id, int address) {
+  char text[1600];
+  std::snprintf(text, sizeof text,
+                "P: /devices/usb1/1-%d\nE: SUBSYSTEM=usb\nE: DEVTYPE=usb_device\n"
+                "E: DEVNAME=/dev/bus/usb/001/%03d\nE: BUSNUM=001\nE: DEVNUM=%03d\nE: MAJOR=189\nE: MINOR=%d\n"
+                "A: busnum=1\nA: devnum=%d\nA: idVendor=%04x\nA: idProduct=%04x\nA: speed=%d\n"
+                "A: bConfigurationValue=1\nA: bNumConfigurations=1\nH: descriptors=%s\n",
+                address, address, address, address - 1, address, id.vendor, id.product, id.speed_mbit_s,
+                Hex(UsbDescriptors(id)).c_str());
+  return text;
 }
 
 }  // namespace dermap::emulator

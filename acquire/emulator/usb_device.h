@@ -85,6 +85,8 @@ class UsbDevice {
 
 // The bytes of the device descriptor and its one configuration, as a kernel shows them.
 Bytes UsbDescriptors(const UsbIdentity& identity);
+// What sysfs shows of it at that address of bus 1, in umockdev's text format.
+std::string SysfsEntry(const UsbIdentity& identity, int address);
 // String descriptor `index` (1 manufacturer, 2 name, 3 serial; 0 the languages), empty where there is none.
 Bytes UsbString(const UsbIdentity& identity, int index);
 

@@ -44,6 +44,16 @@ TEST_F(Light, OfAnotherFilterNamesIt) {
   EXPECT_EQ(judgement.looks_like_slot, 2);
 }
 
+// Slot 1 was learnt through another filter: what it gives now looks like none that is known.
+TEST_F(Light, OfAnotherColourIsNotTheSameFilterThoughNoOtherFits) {
+  const auto judgement = memory_.Judge(Frame(FrameRole::kSkin, 1), Check({0.30, 0.03, 0.02}));
+  EXPECT_EQ(judgement.problem, LightProblem::kOtherSlot);
+  EXPECT_EQ(judgement.looks_like_slot, 0);
+  memory_.Forget(1);
+  EXPECT_EQ(memory_.Judge(Frame(FrameRole::kSkin, 1), Check({0.30, 0.03, 0.02})).problem,
+            LightProblem::kNone);
+}
+
 TEST_F(Light, OfNoFlashIsDark) {
   FrameCheck check = Check({0.0, 0.0, 0.0});
   check.level = 0.01;

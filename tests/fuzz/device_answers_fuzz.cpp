@@ -28,7 +28,7 @@ void ReadPackets(Input input) {
 }
 
 void SendContainers(Input input) {
-  dermap::emulator::EosCamera eos([](double, int) { return Bytes(100, 1); }, {});
+  dermap::emulator::EosCamera eos([](double, int) { return [] { return Bytes(100, 1); }; }, {});
   dermap::emulator::PtpUsb usb(eos);
   // In two transfers, so that containers come in pieces.
   usb.Out(0x02, input.first(input.size() / 2));

@@ -197,6 +197,24 @@ TEST_F(Daemon, RefusesWhatIsTooLargeOrNoJson) {
   EXPECT_EQ(State().at("state"), "idle");
 }
 
+// Whatever is wrong, the answer is a JSON object with a sentence.
+TEST_F(Daemon, TellsEveryErrorInASentence) {
+  httplib::Headers headers{{"X-Dermap-Key", key_}};
+  for (const char* number : {"1e99", "-1", "0", "\"x\"", "null", "99999999999999999999", "1.5", "[]"}) {
+    const auto answer = client_->Post("/api/retake", headers, std::string("{\"number\": ") + number + "}",
+                                      "application/json");
+    ASSERT_TRUE(answer) << number;
+    EXPECT_EQ(answer->status, 400) << number;
+    EXPECT_TRUE(json::parse(answer->body).at("error").is_string()) << answer->body;
+  }
+  for (const char* path : {"/nothing", "/../etc/passwd", "/api/frames/-1.png", "/api/frames/123456.png"}) {
+    const auto answer = client_->Get(path);
+    ASSERT_TRUE(answer) << path;
+    EXPECT_EQ(answer->status, 404) << path;
+    EXPECT_TRUE(json::parse(answer->body).at("error").is_string()) << path;
+  }
+}
+
 TEST_F(Daemon, ServesThePage) {
   const auto page = client_->Get("/");
   ASSERT_TRUE(page);

@@ -63,7 +63,8 @@ class CameraOnUsb : public testing::Test {
 
   int exposed_ = 0;
   std::size_t size_ = 0;
-  emulator::EosCamera eos_{[this](double ms, int iso) { return FileOfShot(ms, iso); }, {}};
+  emulator::EosCamera eos_{
+      [this](double ms, int iso) { return [file = FileOfShot(ms, iso)] { return file; }; }, {}};
   emulator::PtpUsb usb_{eos_};
   emulator::UsbBus bus_;
   emulator::Unplugger unplugger_{bus_};
@@ -207,7 +208,7 @@ class CameraOnNetwork : public testing::Test {
                                  "shot " + std::to_string(++exposed_) + " iso " + std::to_string(iso) + "\n";
                              emulator::Bytes file(text.begin(), text.end());
                              file.resize(kFileBytes);
-                             return file;
+                             return [file] { return file; };
                            },
                            {}};
   emulator::PtpIp network_{eos_, lock_};

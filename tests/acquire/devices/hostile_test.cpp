@@ -110,7 +110,7 @@ TEST(HostileDevices, CameraContainersAreFaultsOrFrames) {
   hasty.plug_in = 100ms;
   int faults = 0;
   for (unsigned seed = 1; seed <= 6; ++seed) {
-    emulator::EosCamera eos([](double, int) { return Bytes(20000, 7); }, {});
+    emulator::EosCamera eos([](double, int) { return [] { return Bytes(20000, 7); }; }, {});
     Hostile<emulator::PtpUsb> usb(seed, eos);
     emulator::UsbBus bus;
     bus.Plug(usb);

@@ -1,0 +1,52 @@
+// SPDX-License-Identifier: Apache-2.0
+// Full and empty.
+#include "acquire/emulator/readiness_fifo.h"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <array>
+#include <system_error>
+
+#include "common/core/error.h"
+
+namespace dermap::emulator {
+namespace {
+
+constexpr int kBytes = 4096;
+
+}  // namespace
+
+ReadinessFifo::ReadinessFifo(const std::filesystem::path& path) {
+  std::error_code ignored;
+  std::filesystem::create_directories(path.parent_path(), ignored);
+  // Opened under another name: whoever looks for programs that have the node open shall find its clients
+  // alone.
+  std::filesystem::path own = path;
+  own.replace_filename(std::string(1, '.').append(path.filename().string()));
+  if (::mkfifo(own.c_str(), 0666) != 0) throw DeviceError("cannot make " + own.string());
+  fd_ = ::open(own.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  if (fd_ < 0 || ::link(own.c_str(), path.c_str()) != 0) throw DeviceError("cannot open " + own.string());
+  ::fcntl(fd_, F_SETPIPE_SZ, kBytes);
+  Set(false);
+}
+
+ReadinessFifo::~ReadinessFifo() {
+  ::close(fd_);
+}
+
+void ReadinessFifo::Set(bool ready) {
+  if (ready == ready_) return;
+  ready_ = ready;
+  std::array<char, kBytes> block{};
+  if (ready) {
+    while (::read(fd_, block.data(), block.size()) > 0) {
+    }
+  } else {
+    while (::write(fd_, block.data(), block.size()) > 0) {
+    }
+  }
+}
+
+}  // namespace dermap::emulator
