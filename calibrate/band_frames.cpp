@@ -148,13 +148,13 @@ MiddleMeans MeansOf(const Mosaic& mosaic) {
 }
 
 StepRecord LinearityStep(const SessionContext& context, const SignalFrame& skin, const MiddleMeans& means) {
-  StepRecord step{Step::kLinearity, false, 0.0, 0.0, "the rig states no nonlinearity"};
-  const auto& known = context.session.rig.optics.nonlinearity;
+  StepRecord step{Step::kLinearity, false, 0.0, 0.0, context.linearity.note};
+  const auto& known = context.linearity.used;
   if (!known) return step;
   const double scale = context.blacks.FullScale(*skin.black);
   const double difference = (means.skin_square - means.spectralon_square) / scale;
-  step.applied = context.blacks.options().nonlinearity != 0.0;
-  step.note = step.applied ? "" : "left out";
+  step.applied = context.skip.count(Step::kLinearity) == 0;
+  if (!step.applied) step.note = "left out: " + step.note;
   step.effect = step.applied ? known->value * difference : 0.0;
   step.sigma = step.applied ? known->sigma * std::abs(difference) : std::abs(known->value * difference);
   return step;

@@ -12,6 +12,7 @@
 #include "calibrate/assemble.h"
 #include "calibrate/band_frames.h"
 #include "calibrate/filter_order.h"
+#include "calibrate/kept_frames.h"
 #include "calibrate/spectralon.h"
 #include "calibrate/statistics.h"
 #include "common/core/error.h"
@@ -19,6 +20,8 @@
 
 namespace dermap {
 namespace {
+
+constexpr std::size_t kMostKept = 256U << 20U;  // bytes of frames that are kept from one step for the next
 
 // Where the time goes.
 class StageClock {
@@ -166,15 +169,20 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
   SignalOptions signals;
   signals.subtract_black = options.skip.count(Step::kBlack) == 0;
   signals.mask_hot = options.skip.count(Step::kHotPhotosites) == 0;
-  if (session.rig.optics.nonlinearity && options.skip.count(Step::kLinearity) == 0)
-    signals.nonlinearity = session.rig.optics.nonlinearity->value;
-  const BlackFrames blacks(session, read, signals);
+  BlackFrames blacks(session, read, signals);
   result.hot_share = blacks.hot_share();
   clock.Done("black");
   const SampledSpectrum certificate = ReadCertificate(session.rig);
-  const SessionContext context{session, read, blacks,
-                               GrayCardRegion(session.rig, blacks.sensor().width, blacks.sensor().height),
-                               options.skip};
+  const PixelRegion card = GrayCardRegion(session.rig, blacks.sensor().width, blacks.sensor().height);
+  KeptFrames kept(read, kMostKept);
+  result.linearity = FindLinearity(
+      session, [&](const FrameRecord& record) { return kept.Peek(record); }, blacks, card);
+  if (!result.linearity.warning.empty()) result.notes.push_back(result.linearity.warning);
+  if (result.linearity.used && options.skip.count(Step::kLinearity) == 0)
+    blacks.SetNonlinearity(result.linearity.used->value);
+  clock.Done("linearity");
+  const FrameReader take = [&](const FrameRecord& record) { return kept.Take(record); };
+  const SessionContext context{session, take, blacks, card, options.skip, result.linearity};
   Steps steps(3 * count, progress);
   std::vector<BandFrames> frames(bands.size());
   ParallelFor(count, [&](int i) {

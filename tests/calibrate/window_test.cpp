@@ -25,7 +25,7 @@ constexpr PixelRegion kCard{384, 90, 68, 180};
 double WorstCorner(SimulatedSession& simulated) {
   const FrameReader read = simulated.Reader();
   const BlackFrames blacks(simulated.session(), read);
-  const SessionContext context{simulated.session(), read, blacks, kCard, {}};
+  const SessionContext context{simulated.session(), read, blacks, kCard, {}, {}};
   double worst = 0.0;
   for (const Band& band : BandsOfSession(simulated.session())) {
     const BandFrames frames = PrepareBand(context, band, {0.99, 0.0});
