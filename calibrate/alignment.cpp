@@ -274,7 +274,7 @@ void Describe(int width_px, BandAlignment& a) {
 
 void Judge(const AlignmentOptions& options, int width_px, BandAlignment& a) {
   Describe(width_px, a);
-  const double shift = std::hypot(a.dx_px, a.dy_px);
+  const double shift = a.found_shift_px = std::hypot(a.dx_px, a.dy_px);
   if (!(a.correlation >= options.smallest_correlation) ||
       !(a.uncertainty_px <= options.largest_uncertainty_px)) {
     a.note = "shares too little structure with the other bands (correlation " + Short(a.correlation) +

@@ -30,9 +30,10 @@ struct BandAlignment {
   double correlation = 0.0;     // with the mean of the other bands
   double uncertainty_px = 0.0;  // one standard deviation of the shift, estimated
   bool applied = false;
-  bool clearly_off = false;  // a sure shift beyond the limit: this band shows something else
-  std::string note;          // why not applied; else empty
-  PlaneF residual;           // structure of the band against the mean of the others, in standard deviations
+  double found_shift_px = 0.0;  // of the patch's middle, applied or not
+  bool clearly_off = false;     // a sure shift beyond the limit: this band shows something else
+  std::string note;             // why not applied; else empty
+  PlaneF residual;  // structure of the band against the mean of the others, in standard deviations
 };
 
 // One band a plane, all of one shape, NaN where missing; `noise`: one standard deviation, one plane a band.

@@ -123,24 +123,37 @@ PatchBand ResampleBand(BandFrames& band, const std::map<int, NoiseModel>& models
   return {std::move(patch.reflectance), std::move(patch.sigma)};
 }
 
-void Align(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches,
+void Align(std::vector<BandFrames>& bands, const std::vector<PatchBand>& patches,
            const CalibrationOptions& options) {
   std::vector<std::size_t> kept;
-  std::vector<PlaneF> reflectance;
-  std::vector<PlaneF> sigma;
   for (std::size_t i = 0; i < bands.size(); ++i) {
-    if (bands[i].record.dropped) continue;
-    kept.push_back(i);
-    reflectance.push_back(patches[i].reflectance);
-    sigma.push_back(patches[i].sigma);
+    if (!bands[i].record.dropped) kept.push_back(i);
   }
-  const auto found = AlignBands(reflectance, sigma, options.alignment);
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    BandCalibration& record = bands[kept[k]].record;
-    record.alignment = found[k];
-    if (!found[k].note.empty())
-      record.notes.push_back((found[k].clearly_off ? "left out: " : "") + found[k].note);
-    record.dropped = found[k].clearly_off;
+  // A band that lies elsewhere spoils what the others are held against: the farthest goes, the rest begins
+  // anew.
+  while (true) {
+    std::vector<PlaneF> reflectance, sigma;
+    for (const std::size_t i : kept) {
+      reflectance.push_back(patches[i].reflectance);
+      sigma.push_back(patches[i].sigma);
+    }
+    auto found = AlignBands(reflectance, sigma, options.alignment);
+    const auto off = [](const BandAlignment& a) { return a.clearly_off ? a.found_shift_px : 0.0; };
+    const auto farthest = std::max_element(found.begin(), found.end(),
+                                           [&](const auto& a, const auto& b) { return off(a) < off(b); });
+    // Of two bands nobody can say which lies elsewhere: both go.
+    const bool one_off = farthest != found.end() && farthest->clearly_off && kept.size() > 2;
+    const auto at = farthest - found.begin();
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      if (one_off && static_cast<std::ptrdiff_t>(k) != at) continue;
+      BandCalibration& record = bands[kept[k]].record;
+      record.alignment = std::move(found[k]);
+      const std::string& note = record.alignment.note;
+      if (!note.empty()) record.notes.push_back((record.alignment.clearly_off ? "left out: " : "") + note);
+      record.dropped = record.alignment.clearly_off;
+    }
+    if (!one_off) return;
+    kept.erase(kept.begin() + at);
   }
 }
 
