@@ -97,7 +97,7 @@ struct Slope {
 // good when it is believed whole.
 Slope Believed(double slope, double uncertainty) {
   const double belief = slope * slope / (slope * slope + uncertainty * uncertainty + 1e-30);
-  return {belief * slope, uncertainty * std::sqrt(belief)};
+  return {belief * slope, std::abs(uncertainty) * std::sqrt(belief)};
 }
 
 // From a band and its neighbours: the parabola's slope, or the line's at the ends.
