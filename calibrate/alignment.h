@@ -37,7 +37,11 @@ struct BandAlignment {
 };
 
 // One band a plane, all of one shape, NaN where missing; `noise`: one standard deviation, one plane a band.
+// `window_sigma_px`: how well each band's window is known, one standard deviation of an edge, patch pixels:
+// skin is held by the tape, so where the window is known well, shift, strain and rotation are small. Empty:
+// not known.
 std::vector<BandAlignment> AlignBands(std::span<const PlaneF> reflectance, std::span<const PlaneF> noise,
+                                      std::span<const double> window_sigma_px,
                                       const AlignmentOptions& options);
 
 }  // namespace dermap

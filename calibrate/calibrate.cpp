@@ -133,11 +133,14 @@ void Align(std::vector<BandFrames>& bands, const std::vector<PatchBand>& patches
   // anew.
   while (true) {
     std::vector<PlaneF> reflectance, sigma;
+    std::vector<double> window_sigma_px;
     for (const std::size_t i : kept) {
       reflectance.push_back(patches[i].reflectance);
       sigma.push_back(patches[i].sigma);
+      const Window& window = bands[i].record.windows[0];
+      window_sigma_px.push_back(window.edge_uncertainty_px * options.patch_px / window.smallest_side_px);
     }
-    auto found = AlignBands(reflectance, sigma, options.alignment);
+    auto found = AlignBands(reflectance, sigma, window_sigma_px, options.alignment);
     const auto off = [](const BandAlignment& a) { return a.clearly_off ? a.found_shift_px : 0.0; };
     const auto farthest = std::max_element(found.begin(), found.end(),
                                            [&](const auto& a, const auto& b) { return off(a) < off(b); });

@@ -12,10 +12,6 @@ constexpr int kFieldMargin_px = 8;  // of a patch's field: the lens blurs its ne
 constexpr int kGrid = 9;            // points a side at which bands are compared
 constexpr double kGridBorder = 0.08;
 
-Shot ShotOf(const FrameRecord& record) {
-  return {record.role, record.slot, record.exposure_ms, record.iso, record.number};
-}
-
 // Where the skin at a point of the patch was found, against where it is: patch pixels.
 Point2 PlaceError(const OpticalBench& bench, const Session& session, const CalibrationResult& result,
                   const BandCalibration& band, Point unit) {
@@ -82,6 +78,10 @@ double Chi2(const ReflectanceStack& stack, std::size_t band, const PlaneF& truth
 }
 
 }  // namespace
+
+Shot ShotOf(const FrameRecord& record) {
+  return {record.role, record.slot, record.exposure_ms, record.iso, record.number};
+}
 
 void JudgePatches(const CalibrationResult& result, const std::vector<double>& patches,
                   CalibrationStudyRig& rig) {

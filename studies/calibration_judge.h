@@ -10,6 +10,8 @@
 
 namespace dermap {
 
+Shot ShotOf(const FrameRecord& record);
+
 // Reflectances of a pattern of steps, four in a row.
 void JudgePatches(const CalibrationResult& result, const std::vector<double>& patches,
                   CalibrationStudyRig& rig);

@@ -73,10 +73,6 @@ Session SessionOf(const RigConfig& rig, const PlanConfig& standard) {
   return session;
 }
 
-Shot ShotOf(const FrameRecord& record) {
-  return {record.role, record.slot, record.exposure_ms, record.iso, record.number};
-}
-
 CalibrationResult Calibrate(const OpticalBench& bench, const Session& session) {
   const FrameReader read = [&](const FrameRecord& record) {
     BayerFrame frame;
