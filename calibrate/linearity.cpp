@@ -18,6 +18,7 @@ constexpr double kSaturatedKind = 0.005;  // share of a kind's photosites
 constexpr double kOutlier = 0.2;          // of the mean, and its inverse: dead photosites, specks
 constexpr double kBlackDrift_dn = 0.1;    // of a frame's offset against its black frame's
 constexpr int kFewestCells = 64;
+constexpr double kMostPhotosites = 4e5;  // of a frame, about
 constexpr int kRounds = 4;
 constexpr double kUseful = 0.02;  // one standard deviation beyond which nothing is told
 
@@ -53,11 +54,18 @@ Place PlaceOf(int x, int y, const PixelRegion& card) {
   return within(kCardMargin_px) ? Place::kNeither : Place::kPanel;
 }
 
-// Calls body(place, x, y) for the upper left photosite of every cell.
+// Photosites from one cell that is used to the next: enough cells tell, whatever the frame's size.
+int StrideOf(const SignalFrame& frame) {
+  return 2 *
+         std::max(1, static_cast<int>(std::sqrt(static_cast<double>(frame.signal.size()) / kMostPhotosites)));
+}
+
+// Calls body(place, x, y) for the upper left photosite of the cells.
 template <class Body>
 void ForEachCell(const SignalFrame& frame, const PixelRegion& card, const Body& body) {
-  for (int y = 0; y + 1 < frame.signal.height(); y += 2) {
-    for (int x = 0; x + 1 < frame.signal.width(); x += 2) {
+  const int stride = StrideOf(frame);
+  for (int y = 0; y + 1 < frame.signal.height(); y += stride) {
+    for (int x = 0; x + 1 < frame.signal.width(); x += stride) {
       const Place place = PlaceOf(x, y, card);
       if (place != Place::kNeither) body(place == Place::kCard ? 1 : 0, x, y);
     }
@@ -113,8 +121,9 @@ Rough RoughMeans(const SignalFrame& frame, const PixelRegion& card) {
 // Shot noise of a kind on the card, DN^2: differences of neighbours of one kind.
 double CardVariance(const SignalFrame& frame, const PixelRegion& card, int kind) {
   std::vector<float> differences;
-  for (int y = card.y + (kind >> 1); y < card.y + card.height; y += 2) {
-    for (int x = card.x + (kind & 1); x + 2 < card.x + card.width; x += 2) {
+  const int stride = StrideOf(frame);
+  for (int y = card.y + (kind >> 1); y < card.y + card.height; y += stride) {
+    for (int x = card.x + (kind & 1); x + 2 < card.x + card.width; x += stride) {
       if (frame.mask(x, y) == 0 && frame.mask(x + 2, y) == 0)
         differences.push_back((frame.signal(x, y) - frame.signal(x + 2, y)) / std::sqrt(2.0f));
     }
@@ -287,7 +296,10 @@ Linearity FindLinearity(const Session& session, const FrameReader& read, const B
 
 double SaturationLevel(const BayerFrame& frame, double stated) {
   std::vector<std::uint32_t> histogram(65536, 0);
-  for (const std::uint16_t v : frame.values.values()) ++histogram[v];
+  const int rows = std::max(1, static_cast<int>(static_cast<double>(frame.values.size()) / kMostPhotosites));
+  for (int y = 0; y < frame.values.height(); y += rows | 1) {  // odd: rows of all colours
+    for (int x = 0; x < frame.values.width(); ++x) ++histogram[frame.values(x, y)];
+  }
   int top = 65535;
   while (top > 0 && histogram[top] == 0) --top;
   if (top < kPile_dn + kSlope_dn || top >= stated) return stated;
