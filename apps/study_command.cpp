@@ -30,8 +30,9 @@ struct Request {
   std::filesystem::path folder;
   bool quick = false;
   std::uint64_t seed = 1;
-  std::vector<std::string> only;  // parts of the study, where it has some
+  std::vector<std::string> sweeps, methods;  // of the stability study; empty: all
 };
+using Part = std::pair<const char*, std::vector<std::string> Request::*>;  // a flag and what it fills
 
 // The frame of a judged study: `run` does the work, writes its files into the folder and returns what the
 // outcome says beyond the verdicts.
@@ -42,7 +43,7 @@ struct Judged {
 };
 int RunJudged(int argc, char** argv, const std::string& name, const char* about, const char* files,
               const std::function<Judged(const Request&, const ProgressFunction&)>& run,
-              const char* part = nullptr) {
+              std::initializer_list<Part> parts = {}) {
   CommandLine command("study " + name, about);
   Request request;
   command.app()
@@ -50,10 +51,8 @@ int RunJudged(int argc, char** argv, const std::string& name, const char* about,
       ->required();
   command.app().add_flag("--quick", request.quick, "Few points and photons: less than two minutes");
   command.app().add_option("--seed", request.seed, "Everything random follows from it (default 1)");
-  if (part)
-    command.app()
-        .add_option(fmt::format("--{}", part), request.only, "Only these, separated by commas")
-        ->delimiter(',');
+  for (const auto& [flag, names] : parts)
+    command.app().add_option(flag, request.*names, "Only these, separated by commas")->delimiter(',');
   return command.Run(argc, argv, [&] {
     ProgressBar bar("study " + name);
     const Judged judged = run(request, bar.Function());
@@ -156,7 +155,12 @@ int RunStabilityStudyCommand(int argc, char** argv) {
       "{csv,json,svg,html}",
       [](const Request& request, const ProgressFunction& progress) {
         const StabilityStudy study = RunStabilityStudy(
-            request.folder, {.quick = request.quick, .seed = request.seed, .sweeps = request.only}, progress);
+            request.folder,
+            {.quick = request.quick,
+             .seed = request.seed,
+             .sweeps = request.sweeps,
+             .methods = request.methods},
+            progress);
         WriteStabilityStudy(request.folder, study);
         std::string text;
         for (const StabilityEdge& e : study.edges)
@@ -165,7 +169,7 @@ int RunStabilityStudyCommand(int argc, char** argv) {
                           : fmt::format("{}, {}: right up to {:g}\n", e.axis, e.method, e.inside);
         return Judged{study.verdicts, text, request.folder / "stability.html"};
       },
-      "sweep");
+      {{"--sweep", &Request::sweeps}, {"--method", &Request::methods}});
 }
 
 struct Study {

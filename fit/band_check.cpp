@@ -11,7 +11,6 @@
 namespace dermap {
 namespace {
 
-constexpr double kShared = 1e-3;  // error of a band's mean that calibration may leave: its noise is less
 constexpr double kMisfit = 12.0;  // chi2 of the mean above which there is something to find
 constexpr double kMostlyExplained = 0.25;  // of it may stay when the suspect is left out
 
@@ -50,7 +49,7 @@ std::optional<SuspectBand> FindSuspectBand(const PatchProblem& problem,
     for (int j = 0; j < count; ++j) rows(b, j) = filled[b].unblurred[j];
     residual[b] = mean.residual[b].data()[0];
     const double noise = mean.noise_inflation * detail.scatter[0] / mean.weight[b].data()[0];
-    weight[b] = std::isfinite(noise) ? 1.0 / (noise + kShared * kShared) : 0.0;
+    weight[b] = std::isfinite(noise) ? 1.0 / noise : 0.0;
   }
   const double all = FitMean(rows, residual, weight, -1).chi2;
   if (all < kMisfit) return std::nullopt;
@@ -60,7 +59,7 @@ std::optional<SuspectBand> FindSuspectBand(const PatchProblem& problem,
     const MeanFit fit = FitMean(rows, residual, weight, b);
     if (fit.chi2 >= least) continue;
     least = fit.chi2;
-    suspect = {b, std::expm1(fit.residual[b])};
+    suspect = {b, std::expm1(fit.residual[b]), 0.5 * (all - fit.chi2)};
   }
   if (least > kMostlyExplained * all || std::abs(suspect.gain_error) < smallest) return std::nullopt;
   return suspect;

@@ -15,7 +15,8 @@ inline constexpr double kQuietGain = 1e-3;  // of a band that was found already
 
 struct SuspectBand {
   int band = 0;
-  double gain_error = 0.0;  // measured over what the other bands make of it, less 1
+  double gain_error = 0.0;    // measured over what the other bands make of it, less 1
+  double log_evidence = 0.0;  // half of the misfit that goes with it
 };
 
 // The band without which the mean spectrum fits: leaving it out must take away most of the misfit of the

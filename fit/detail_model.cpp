@@ -33,7 +33,7 @@ double GuessedScatter(std::span<const double> scatter, int octave) {
 // finer octaves do not show, may far exceed its noise. Where they do, the guess is dropped; what stays is a
 // variance from a handful of data, whose own uncertainty (Student's t) widens it by n / (n - 2).
 double UnforeseenScatter(const DetailStatistics& mean, std::span<const double> scatter, int octave) {
-  constexpr double kUnforeseen = 4.0;  // times the guess: chance does that to three data once in 135 times
+  constexpr double kUnforeseen = 2.0;  // times the guess: chance does that to three data once in nine times
   const double count = mean.residual_count;
   if (count < 0.5) return 0.0;
   const double found = mean.residual_squares / count;
@@ -61,15 +61,16 @@ DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPr
   variance.fill(kFirstDetailSigma * kFirstDetailSigma);
   if (link)
     for (int j = 0; j < kUnknownCount; ++j) variance[j] = link->detail_variance[j] / std::max(octaves - 1, 1);
-  DetailModel model{std::vector<FreeVector>(octaves, variance), std::vector<double>(octaves, 1.0),
-                    std::move(blur), std::move(link)};
+  DetailModel model{std::vector<FreeVector>(octaves, variance), std::vector<FreeVector>(octaves, FreeVector{}),
+                    std::vector<double>(octaves, 1.0), std::move(blur), std::move(link)};
   model.prior.back().fill(kLargestVariance);
   return model;
 }
 
 DetailView ViewFrom(DetailModel& model, int first) {
   const std::size_t seen = std::min(static_cast<std::size_t>(first), model.blur.size());
-  return {std::span(model.prior).subspan(first), std::span(model.scatter).subspan(first),
+  return {std::span(model.prior).subspan(first), std::span(model.details).subspan(first),
+          std::span(model.scatter).subspan(first),
           std::span<const std::vector<BlurCurve>>(model.blur).subspan(seen),
           model.link ? &*model.link : nullptr};
 }
@@ -94,10 +95,12 @@ void Update(std::span<const DetailStatistics> statistics, int count, DetailView 
       UpdateLinked(octave, count, weight, l, model);
       continue;
     }
-    for (int j = 0; j < count; ++j)
-      model.prior[l][j] = std::clamp((octave.squares[j] + weight * GuessedVariance(model, l, j)) /
-                                         (std::max(octave.determined[j], 0.0) + weight),
-                                     kSmallestVariance, kLargestVariance);
+    for (int j = 0; j < count; ++j) {
+      model.details[l][j] = std::max(octave.determined[j], 0.0) + weight;
+      model.prior[l][j] =
+          std::clamp((octave.squares[j] + weight * GuessedVariance(model, l, j)) / model.details[l][j],
+                     kSmallestVariance, kLargestVariance);
+    }
   }
   for (int l = 0; l <= top; ++l) {
     const double guess = GuessedScatter(model.scatter, l);

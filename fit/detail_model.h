@@ -24,6 +24,8 @@ struct DetailModel {
   // Variance of a pixel's detail in scaled units, [octave][free parameter]; of the last octave, a single
   // pixel, of the mean's distance from average skin.
   std::vector<FreeVector> prior;
+  // From how many details that is known, likewise; 0: it was not estimated.
+  std::vector<FreeVector> details;
   std::vector<double>
       scatter;     // [octave], variance of the residuals over that of the stated noise, at least 1
   BlurTable blur;  // [octave][band]; octaves beyond are not blurred
@@ -38,7 +40,7 @@ DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPr
 
 // The same seen from pixels that are 2^first as large.
 struct DetailView {
-  std::span<FreeVector> prior;
+  std::span<FreeVector> prior, details;
   std::span<double> scatter;
   std::span<const std::vector<BlurCurve>> blur;
   const LinkedPrior* link = nullptr;

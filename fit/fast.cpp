@@ -9,10 +9,12 @@
 #include <utility>
 
 #include "common/core/parallel.h"
+#include "fit/fast_variance.h"
 #include "fit/local_start.h"
 #include "fit/octave_solver.h"
 #include "fit/resample.h"
 #include "fit/size_fit.h"
+#include "fit/uncertainty.h"
 
 namespace dermap {
 namespace {
@@ -21,9 +23,10 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
-constexpr double kUnevenness = 0.1;
-constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
-constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
+constexpr double kMostOpen = 0.5;        // share of the pixels that may leave a free parameter open
+constexpr double kUnsettled = 1.5;      // chi2 a datum above which more is freed than was chosen
+constexpr double kSettled = 0.8;        // of chi2, at most, must stay for that
+constexpr int kCheckedSize = 64;       // pixels along the longer side, at which the pixels' is doubted
 constexpr int kMostSuspicions = 3;    // corrections of a band's gain, each a smaller one
 
 // Halved, rounding up, as the octaves are.
@@ -89,11 +92,12 @@ ParameterMaps WithFixed(const ParameterSpace& space, const ParameterMaps& maps, 
 
 // The prior of some of the unknowns.
 void Keep(const ParameterSpace& before, const ParameterSpace& after, DetailModel& detail) {
-  for (FreeVector& variance : detail.prior) {
-    const FreeVector all = variance;
-    for (int j = 0, k = 0; j < before.count(); ++j)
-      if (k < after.count() && before.parameter(j) == after.parameter(k)) variance[k++] = all[j];
-  }
+  for (std::vector<FreeVector>* vectors : {&detail.prior, &detail.details})
+    for (FreeVector& vector : *vectors) {
+      const FreeVector all = vector;
+      for (int j = 0, k = 0; j < before.count(); ++j)
+        if (k < after.count() && before.parameter(j) == after.parameter(k)) vector[k++] = all[j];
+    }
 }
 
 class CoarseToFine {
@@ -144,6 +148,7 @@ class CoarseToFine {
     SizeFit fit(problem, detail, outcome_.fixed);
     OctaveStep last;
     fit.Refine(outcome_.state, kCoarseRest, log_, last);
+    outcome_.doubts.CheckThickness(problem, outcome_.state, detail, outcome_.fixed, options_.profiles);
     if (outcome_.state.misfit.Chi2PerDatum() > kUnexplained) LeaveOneOut(data, model, first);
     for (int again = 0; again < kMostSuspicions; ++again) {
       const auto suspect = FindSuspectBand(problem, LineariseInOctaves(problem, outcome_.state), detail,
@@ -159,15 +164,42 @@ class CoarseToFine {
     const Candidate& chosen = outcome_.candidates.front();
     outcome_.free = chosen.free;
     outcome_.fixed = FixedBy(chosen, outcome_.fixed);
-    if (chosen.free.size() < AllUnknowns().size()) {
-      all_detail_ = outcome_.detail;
-      if (!LacksBands(outcome_.candidates, data.band_count()))
-        TakeFixedAsFound(problem, all_detail_->prior.back());
-    }
+    variance_.HoldFixed(problem, outcome_.state, outcome_.detail, outcome_.free, outcome_.fixed, first,
+                        !LacksBands(outcome_.candidates, data.band_count()));
     const ParameterSpace space(outcome_.free);
     Keep(problem.space(), space, outcome_.detail);
     outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
     log_.renders_before += problem.renders();
+    while (outcome_.free.size() > 1 && HoldUnidentified(data, model, first)) continue;
+  }
+
+  // What the evidence frees, though most pixels leave it open to half of its range, makes no map: it is held at
+  // its fixed value, and sigma of the others holds how far it may be off. Whether there was one.
+  bool HoldUnidentified(const FitData& data, const ForwardModel& model, int first) {
+    PatchProblem problem(data, model, ParameterSpace(outcome_.free));
+    outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
+    OctaveStep step = SolveInOctaves(problem, LineariseInOctaves(problem, outcome_.state),
+                                     ViewFrom(outcome_.detail, first), outcome_.fixed);
+    const std::vector<PlaneF> variance = variance_.Of(problem, outcome_, first, step);
+    log_.renders_before += problem.renders();
+    std::size_t worst = 0;
+    double most = kMostOpen;
+    for (std::size_t j = 0; j < variance.size(); ++j) {
+      const double open =
+          std::count_if(variance[j].values().begin(), variance[j].values().end(),
+                        [](float v) { return !(v <= kIdentifiable * kIdentifiable); }) /
+          static_cast<double>(variance[j].size());
+      if (outcome_.free[j] == Parameter::kC_m || open <= most) continue;
+      worst = j;
+      most = open;
+    }
+    if (most <= kMostOpen) return false;
+    outcome_.unidentified.push_back(outcome_.free[worst]);
+    outcome_.free.erase(outcome_.free.begin() + static_cast<std::ptrdiff_t>(worst));
+    const ParameterSpace space(outcome_.free);
+    Keep(problem.space(), space, outcome_.detail);
+    outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
+    return true;
   }
 
   std::optional<LinkedPrior> LinkOf(const ParameterSpace& space) const {
@@ -196,7 +228,8 @@ class CoarseToFine {
       log_.renders_before += problem.renders();
       if (trial.state.misfit.Chi2PerDatum() > least) continue;
       least = trial.state.misfit.Chi2PerDatum();
-      suspect = {b, GainError(data, b, trial.state.predicted[b])};
+        suspect = {b, GainError(data, b, trial.state.predicted[b]),
+               0.5 * (outcome_.state.misfit.chi2 - trial.state.misfit.chi2)};
       best = std::move(trial);
     }
     if (!best || std::abs(suspect.gain_error) < kLoudGain) return;
@@ -220,7 +253,8 @@ class CoarseToFine {
   void SetRight(const SuspectBand& suspect, FitData& data) {
     const double gain = 1.0 + suspect.gain_error;
     const double before = outcome_.suspect ? outcome_.suspect->gain_error : 0.0;
-    outcome_.suspect = SuspectBand{suspect.band, (1.0 + before) * gain - 1.0};
+    const double evidence = outcome_.suspect ? outcome_.suspect->log_evidence : 0.0;
+    outcome_.suspect = SuspectBand{suspect.band, (1.0 + before) * gain - 1.0, evidence + suspect.log_evidence};
     for (FitData* of : {&data, &data_}) {
       for (float& value : of->measured[suspect.band].values()) value = static_cast<float>(value / gain);
       for (float& value : of->sigma[suspect.band].values()) value = static_cast<float>(value / gain);
@@ -243,44 +277,52 @@ class CoarseToFine {
     outcome_.converged = SizeFit(problem, detail, outcome_.fixed)
                              .Refine(outcome_.state, finest ? kRest : kCoarseRest, log_, last);
     log_.renders_before += problem.renders();
-    if (!finest) return;
-    outcome_.variance = all_detail_ ? VarianceOfAll(data, model, first) : std::move(last.variance);
-    outcome_.noise_variance = VarianceOfNoise(problem, first);
+    if (first == seen_from_)
+      outcome_.doubts.SettleThickness(problem, outcome_.state,
+                                      JunctionEvidence(outcome_.candidates) +
+                                          (outcome_.suspect ? outcome_.suspect->log_evidence : 0.0));
+    const int longer = std::max(data.width(), data.height());
+    if (longer <= kCheckedSize && (finest || 2 * longer - 1 > kCheckedSize))
+      outcome_.doubts.CheckPixelSize(problem, outcome_.state, detail, outcome_.fixed);
+    if (finest && !FreeAll(data, model, first)) Finish(problem, first, last);
+  }
+
+  // More than was chosen may be at work: the coarsest size, whose areas are averaged no better than
+  // kReductionError, cannot see it where the noise is less.
+  bool FreeAll(const FitData& data, const ForwardModel& model, int first) {
+    if (!variance_.IsAnyHeld(outcome_) || outcome_.state.misfit.Chi2PerDatum() < kUnsettled || log_.Stopped())
+      return false;
+    PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
+    DetailModel all = variance_.DetailOfAll(outcome_, first);
+    FitState state = problem.StateOf(WithJunction(outcome_.state.maps, outcome_.fixed));
+    OctaveStep last;
+    const bool converged = SizeFit(problem, ViewFrom(all, first), outcome_.fixed)
+                               .Refine(state, kRest, log_, last);
+    log_.renders_before += problem.renders();
+    if (state.misfit.chi2 > kSettled * outcome_.state.misfit.chi2) return false;
+    outcome_.converged = converged;
+    outcome_.freed_late = true;
+    outcome_.free = AllUnknowns();
+    outcome_.detail = std::move(all);
+    outcome_.state = std::move(state);
+    variance_ = {};
+    Finish(problem, first, last);
+    return true;
+  }
+
+  void Finish(const PatchProblem& problem, int first, OctaveStep& last) {
+    outcome_.variance = variance_.Of(problem, outcome_, first, last);
+    outcome_.doubts.AddTo(outcome_.free, outcome_.variance);
+    outcome_.noise_variance = variance_.OfNoise(problem, outcome_, first);
     outcome_.adapted_parameters = last.adapted_parameters;
     for (std::size_t l = 0; l < last.statistics.size(); ++l) {
       FreeVector& spread = outcome_.spread.emplace_back(FreeVector{});
       for (int j = 0; j < problem.space().count(); ++j) {
         const double undecided = 1.0 - last.statistics[l].determined[j] / last.statistics[l].pixels;
-        spread[j] = std::sqrt(detail.prior[l][j] * std::clamp(undecided, 1e-6, 1.0));
+        spread[j] = std::sqrt(outcome_.detail.prior[l + static_cast<std::size_t>(first)][j] *
+                              std::clamp(undecided, 1e-6, 1.0));
       }
     }
-  }
-
-  // What is not free differs from its fixed value about as much as the fit with all free found: the evidence
-  // says that this is little, not that it is nothing.
-  void TakeFixedAsFound(const PatchProblem& problem, FreeVector& mean_variance) const {
-    const ParameterSpace& space = problem.space();
-    for (int j = 0; j < space.count(); ++j) {
-      if (std::count(outcome_.free.begin(), outcome_.free.end(), space.parameter(j)) > 0) continue;
-      double sum = 0.0;
-      const PlaneF& plane = outcome_.state.maps.Unknown(space.parameter(j));
-      for (const float value : plane.values()) sum += value;
-      const double offset =
-          (sum / static_cast<double>(plane.size()) - outcome_.fixed[static_cast<int>(space.parameter(j))]) /
-          space.scale(j);
-      mean_variance[j] = std::max(offset * offset, kNoOffset * kNoOffset);
-    }
-  }
-
-  // What noise alone would leave, where residuals scatter much farther than it.
-  std::vector<PlaneF> VarianceOfNoise(const PatchProblem& problem, int first) {
-    const std::vector<double>& scatter = outcome_.detail.scatter;
-    if (*std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter) return {};
-    DetailModel quiet = outcome_.detail;
-    std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
-    return SolveInOctaves(problem, LineariseInOctaves(problem, outcome_.state), ViewFrom(quiet, first),
-                          outcome_.fixed)
-        .variance;
   }
 
   // The maps of an interrupted fit, where they explain more than those of the coarser size.
@@ -293,49 +335,13 @@ class CoarseToFine {
     if (state.misfit.chi2 < outcome_.state.misfit.chi2) outcome_.state = std::move(state);
   }
 
-  // No skin is as even as a map of one value: what is present but not free varies by kUnevenness of its
-  // value, in all octaves together, even where the data are silent about it.
-  void LeaveFixedUneven(const ParameterSpace& space, std::span<FreeVector> prior) const {
-    const auto octaves = static_cast<double>(prior.size() - 1);
-    for (int j = 0; j < space.count(); ++j) {
-      if (std::count(outcome_.free.begin(), outcome_.free.end(), space.parameter(j)) > 0) continue;
-      const double value = outcome_.fixed[static_cast<int>(space.parameter(j))] / space.scale(j);
-      for (std::size_t octave = 0; octave + 1 < prior.size(); ++octave)
-        prior[octave][j] = std::max(prior[octave][j], std::pow(kUnevenness * value, 2) / octaves);
-    }
-  }
-
-  // Variances of what is free where nothing is held fixed: the value of what is fixed is an assumption.
-  std::vector<PlaneF> VarianceOfAll(const FitData& data, const ForwardModel& model, int first) {
-    const PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
-    FitState state = outcome_.state;
-    if (state.maps.junction_absorbance.empty())
-      state.maps.junction_absorbance = {
-          PlaneF(data.width(), data.height(), static_cast<float>(outcome_.fixed[kParameterCount]))};
-    all_detail_->scatter = outcome_.detail.scatter;
-    const DetailView detail = ViewFrom(*all_detail_, first);
-    for (int octave = seen_from_ - 1; octave >= first; --octave)
-      for (int j = 0; j < kUnknownCount; ++j)
-        detail.prior[octave - first][j] = GuessedVariance(detail, octave - first, j);
-    for (std::size_t octave = 0; octave < detail.prior.size(); ++octave)
-      for (std::size_t k = 0; k < outcome_.free.size(); ++k)
-        detail.prior[octave][static_cast<std::size_t>(outcome_.free[k])] =
-            outcome_.detail.prior[octave + first][k];
-    LeaveFixedUneven(problem.space(), detail.prior);
-    OctaveStep all = SolveInOctaves(problem, LineariseInOctaves(problem, state), detail, outcome_.fixed);
-    std::vector<PlaneF> variance;
-    for (const Parameter p : outcome_.free)
-      variance.push_back(std::move(all.variance[static_cast<std::size_t>(p)]));
-    return variance;
-  }
-
   FitData& data_;
   const ForwardModel& model_;
   const ModelMaker& make_model_;
   const FitOptions& options_;
   RunLog& log_;
   FastOutcome outcome_;
-  std::optional<DetailModel> all_detail_;  // of all unknowns, where too few bands forced a choice
+  FastVariance variance_;
   int seen_from_ = 0;                      // octave of the coarsest size's pixels
 };
 

@@ -9,6 +9,7 @@
 
 #include "fit/band_check.h"
 #include "fit/detail_model.h"
+#include "fit/doubts.h"
 #include "fit/options.h"
 #include "fit/patch_problem.h"
 #include "fit/run_log.h"
@@ -25,11 +26,14 @@ struct FastOutcome {
   std::vector<Parameter> free;         // as asked for, or chosen
   SkinPoint fixed{};                   // values of what is not free
   std::optional<SuspectBand> suspect;  // its data were divided by 1 + gain_error
+  Doubts doubts;
+  bool freed_late = false;             // all unknowns at the full size, where what was chosen left too much
+  std::vector<Parameter> unidentified; // were chosen to be free, but the data leave them open: held
   std::vector<Candidate> candidates;   // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
   std::vector<FreeVector> spread;      // [octave][free parameter], standard deviations, scaled units
   std::vector<PlaneF> variance;        // of each free parameter, scaled units
-  std::vector<PlaneF> noise_variance;  // the same by noise alone; empty where residuals scatter as noise does
+  std::vector<PlaneF> noise_variance;  // the same by noise alone; empty where it is the same
   double adapted_parameters = 0.0;     // degrees of freedom of the fitted model
 };
 

@@ -26,6 +26,7 @@
 namespace dermap {
 namespace {
 
+constexpr double kLikely = 0.9;
 constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
 
 // What a method leaves behind.
@@ -36,6 +37,7 @@ struct Outcome {
   std::optional<double> adapted_parameters;  // where it was measured
   std::vector<PlaneF> variance;        // of each free parameter, scaled units; empty: from single pixels
   std::vector<PlaneF> noise_variance;  // the same by noise alone, where that is much less
+  bool grossly_told = false;           // what was told is far from what the data speak for
   double scatter = 1.0;                // of residuals over noise that `variance` holds already
   std::vector<Candidate> candidates;
 };
@@ -105,6 +107,9 @@ void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
   if (!fixed.empty()) sentence += "; at average skin's value: " + NamesOf(fixed);
   if (!chosen.absent.empty()) sentence += "; absent: " + NamesOf(chosen.absent);
   log.Decide(sentence + ".");
+  if (!fast.unidentified.empty())
+    log.Decide("Most pixels leave open what they say of " + NamesOf(fast.unidentified) +
+               ": held at average skin's value.");
   if (LacksBands(fast.candidates, band_count))
     log.Decide(
         "With so few bands the maps hang on the values of what is fixed; sigma holds how far those may be "
@@ -120,6 +125,8 @@ Outcome OutcomeOf(FastOutcome fast) {
   outcome.variance = std::move(fast.variance);
   outcome.noise_variance = std::move(fast.noise_variance);
   outcome.scatter = fast.detail.scatter[0];
+  outcome.grossly_told =
+      std::any_of(fast.doubts.all().begin(), fast.doubts.all().end(), [](const Doubt& doubt) { return doubt.IsGross(); });
   outcome.candidates = std::move(fast.candidates);
   return outcome;
 }
@@ -138,6 +145,17 @@ Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make
         "divided it by that.",
         data.bands[fast.suspect->band].wavelength_nm, 100.0 * std::abs(fast.suspect->gain_error),
         fast.suspect->gain_error > 0.0 ? "bright" : "dark"));
+  for (const Doubt& doubt : fast.doubts.all())
+    if (doubt.probability > kLikely)
+      log.Decide(Format(
+          doubt.assumption == Assumption::kPixelSize
+              ? "Detail is blurred as if pixels were %.2f times the size told (give or take %.0f %%): is "
+                "pixel_size right, and the picture sharp? Sigma was widened by what that would change."
+              : "The data speak for an epidermis %.2f times as thick as told (give or take %.0f %%); sigma "
+                "was widened by what that would change.",
+          std::exp(doubt.log_error), 100.0 * doubt.sigma));
+  if (fast.freed_late)
+    log.Decide("At full size that left too much of the data unexplained: all parameters were freed.");
   if (fast.detail.scatter[0] > kLoudScatter)
     log.Decide(
         Format("Residuals scatter %.2f times as far as the stated noise; sigma was widened by as much.",
@@ -261,6 +279,7 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outc
   WidenByLocalScatter(problem, outcome.state.misfit, ExpectedScatter(outcome, result), result.sigma);
   result.flags = FlagsOf(problem, outcome.state, result.sigma);
   FlagUnexplained(problem, outcome.noise_variance, result.sigma, result.flags);
+  if (outcome.grossly_told) FlagAll(problem, kFlagUnexplained, result.flags);
   result.unexplained_share = UnexplainedShare(data, result.flags);
   if (!result.Explained())
     log.Decide(Format("The model does not explain %.0f %% of the pixels: their maps are not to be trusted.",

@@ -75,7 +75,8 @@ void Sense(const PatchProblem& problem, const FitState& state, OctaveLevel& leve
   });
 }
 
-void Coarsen(const OctaveLevel& fine, OctaveLevel& coarse) {
+// Weighted means.
+void CoarsenResidual(const OctaveLevel& fine, OctaveLevel& coarse) {
   const std::size_t bands = fine.weight.size();
   coarse.residual.resize(bands);
   coarse.weight.resize(bands);
@@ -87,6 +88,18 @@ void Coarsen(const OctaveLevel& fine, OctaveLevel& coarse) {
     for (std::size_t i = 0; i < coarse.residual[b].size(); ++i)
       coarse.residual[b].data()[i] /= std::max(coarse.weight[b].data()[i], 1e-30f);
   });
+}
+
+// The weights of a single pixel, with the error that all data share.
+void LimitWeights(OctaveLevel& mean) {
+  const double shared = kSharedError * kSharedError / mean.noise_inflation;
+  for (PlaneF& plane : mean.weight)
+    for (float& weight : plane.values())
+      weight = static_cast<float>(weight / (1.0 + shared * static_cast<double>(weight)));
+}
+
+void Coarsen(const OctaveLevel& fine, OctaveLevel& coarse) {
+  CoarsenResidual(fine, coarse);
   coarse.epidermis = HalveAll(fine.epidermis);
   coarse.dermis = HalveAll(fine.dermis);
   coarse.junction = HalveAll(fine.junction);
@@ -94,6 +107,11 @@ void Coarsen(const OctaveLevel& fine, OctaveLevel& coarse) {
 }
 
 }  // namespace
+
+void CoarsenResiduals(std::vector<OctaveLevel>& levels) {
+  for (std::size_t l = 0; l + 1 < levels.size(); ++l) CoarsenResidual(levels[l], levels[l + 1]);
+  if (levels.size() > 1) LimitWeights(levels.back());
+}
 
 std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state) {
   const FitData& data = problem.data();
@@ -109,6 +127,7 @@ std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const F
     else
       Coarsen(levels[levels.size() - 2], level);
   }
+  if (levels.size() > 1) LimitWeights(levels.back());
   for (std::size_t l = 0; l + 1 < levels.size(); ++l) {
     levels[l].detail.resize(levels[l].position.size());
     ParallelFor(problem.space().count(), [&](int j) {

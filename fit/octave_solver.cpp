@@ -37,20 +37,20 @@ struct Sofar {
   }
 };
 
-// Of the finest octave one of so many pairs of rows is looked at for how far residuals scatter.
 constexpr int kSampledRows = 4;
 
 // One octave's system in every pixel.
 class LevelSolver {
  public:
   LevelSolver(const PatchProblem& problem, const std::vector<OctaveLevel>& levels, int index,
-              const DetailView& model, const SkinPoint& fixed)
+              const DetailView& model, const SkinPoint& fixed, Answers answers)
       : problem_(problem),
         level_(levels[index]),
         prior_(model.prior[index]),
+        details_(model.details[index]),
         link_(model.link),
         top_(index + 1 == static_cast<int>(levels.size())),
-        finest_(index == 0),
+        every_(index == 0 && answers == Answers::kSampled ? kSampledRows : 1),
         maker_(problem, level_, top_ ? nullptr : BlurOf(model, index), fixed),
         share_(top_ ? 1.0 : kDetailShare),
         noise_(level_.noise_inflation * model.scatter[index]) {}
@@ -79,7 +79,7 @@ class LevelSolver {
     AddAll(change_, sofar.change);
     AddAll(variance_, sofar.variance);
     ForEachPixel([&](int, std::size_t i, std::span<OctaveRow> rows) { Answer(i, rows, sofar); },
-                 finest_ ? kSampledRows : 1);
+                 every_);
     return Statistics(determined, sofar);
   }
 
@@ -123,12 +123,22 @@ class LevelSolver {
     system.Solve(lower, upper, change, variance);
     for (int j = 0; j < N; ++j) {
       change_[j].data()[i] = static_cast<float>(change[j]);
-      variance_[j].data()[i] = static_cast<float>(share_ * variance[j]);
+      variance_[j].data()[i] =
+          static_cast<float>(share_ * (variance[j] + VarianceOfShrinking(i, j, change[j], variance[j])));
       if (!link_) determined[j] += 1.0 - variance[j] * share_ / prior_[j];
     }
     if (!link_) return;
     const double decided = N - LinkFactor() * system.InverseTimes(LinkPrecision());
     for (int j = 0; j < N; ++j) determined[j] += decided / N;
+  }
+
+  // A detail is drawn towards nothing as far as the data leave it open, by a variance that is itself an
+  // estimate from a number of details: its relative variance is 2 over that.
+  double VarianceOfShrinking(std::size_t i, int j, double change, double variance) const {
+    if (top_ || link_ || details_[j] <= 0.0) return 0.0;
+    const double open = std::min(variance * share_ / prior_[j], 1.0);
+    const double shrunk = open * (level_.detail[j].data()[i] + change);
+    return 2.0 / details_[j] * shrunk * shrunk;
   }
 
   // What earlier fits say, as a quadratic form of the mean's distance or of the detail.
@@ -188,12 +198,12 @@ class LevelSolver {
   // What stays unanswered, by its distance from the mean of 2 x 2 pixels. The rows that Answer() saw stand
   // for all.
   void AddResiduals(const Sofar& sofar, DetailStatistics& statistics) const {
-    const int every = finest_ ? kSampledRows : 1, width = level_.shape.width, height = level_.shape.height;
+    const int width = level_.shape.width, height = level_.shape.height;
     std::vector<std::array<double, 2>> of_band(level_.residual.size());
     std::size_t seen_rows = 0;
-    for (int y = 0; y < height; ++y) seen_rows += y / 2 % every == 0;
+    for (int y = 0; y < height; ++y) seen_rows += y / 2 % every_ == 0;
     ParallelFor(static_cast<int>(of_band.size()), [&](int b) {
-      for (int y = 0; y < height; y += 2 * every)
+      for (int y = 0; y < height; y += 2 * every_)
         for (int x = 0; x < width; x += 2) {
           const auto [squares, count] = BlockResidual(b, x, y, sofar.answered[b]);
           of_band[b][0] += squares;
@@ -229,8 +239,10 @@ class LevelSolver {
   const PatchProblem& problem_;
   const OctaveLevel& level_;
   const FreeVector& prior_;
+  const FreeVector& details_;
   const LinkedPrior* link_;  // null: none
-  bool top_, finest_;
+  bool top_;
+  int every_;  // so-many-th pair of rows is answered
   RowMaker maker_;
   double share_;  // of the pixels' dimensions that this octave's details span
   double noise_;  // variance of the noise over what `weight` says
@@ -240,7 +252,7 @@ class LevelSolver {
 }  // namespace
 
 OctaveStep SolveInOctaves(const PatchProblem& problem, const std::vector<OctaveLevel>& levels,
-                          const DetailView& model, const SkinPoint& fixed) {
+                          const DetailView& model, const SkinPoint& fixed, Answers answers) {
   const int count = problem.space().count(), top = static_cast<int>(levels.size()) - 1;
   const std::size_t bands = problem.data().bands.size();
   const GridShape whole = levels[top].shape;
@@ -249,12 +261,13 @@ OctaveStep SolveInOctaves(const PatchProblem& problem, const std::vector<OctaveL
   step.statistics.resize(levels.size());
   for (int l = top; l >= 0; --l) {
     if (l < top) sofar.Double(levels[l].shape);
-    step.statistics[l] = LevelSolver(problem, levels, l, model, fixed).Solve(sofar);
+    step.statistics[l] = LevelSolver(problem, levels, l, model, fixed, answers).Solve(sofar);
     for (int j = 0; j < count; ++j)
       step.adapted_parameters += (l == top ? 1.0 : kDetailShare) * step.statistics[l].determined[j];
   }
   step.change = std::move(sofar.change);
   step.variance = std::move(sofar.variance);
+  if (answers == Answers::kEverywhere) step.answered = std::move(sofar.answered);
   double squares = 0.0;
   for (int j = 0; j < count; ++j)
     for (std::size_t i = 0; i < step.change[j].size(); ++i) {

@@ -13,7 +13,6 @@ namespace {
 
 constexpr double kRangePrecision =
     1.0;                               // scaled units: the variance of a uniform distribution over the range
-constexpr double kIdentifiable = 0.5;  // scaled units
 constexpr double kBoundShare = 1e-4;   // of the range: nearer than that is at the bound
 constexpr double kNoise_sigma = 3.0;
 
@@ -105,6 +104,11 @@ void FlagUnexplained(const PatchProblem& problem, const std::vector<PlaneF>& noi
           widened.data()[i] > kUnexplainedWidening * scale * std::sqrt(noise_variance[j].data()[i]))
         flags.data()[i] |= kFlagUnexplained;
   }
+}
+
+void FlagAll(const PatchProblem& problem, FitFlag flag, Plane<std::uint32_t>& flags) {
+  for (std::size_t i = 0; i < flags.size(); ++i)
+    if (problem.data().fitted.data()[i]) flags.data()[i] |= flag;
 }
 
 Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state, const ParameterMaps& sigma) {

@@ -31,6 +31,14 @@ std::vector<Sweep> Asked(std::vector<Sweep> sweeps, const std::vector<std::strin
   return sweeps;
 }
 
+// The default method first: a study that is broken off has that one whole.
+std::vector<FitMethod> Methods(const StabilityStudyOptions& options) {
+  std::vector<FitMethod> methods;
+  for (const std::string& name : options.methods) methods.push_back(FitMethodFromName(name));
+  if (methods.empty() && options.quick) return {FitMethod::kFast};
+  return methods.empty() ? std::vector{FitMethod::kFast, FitMethod::kDescent, FitMethod::kCeres} : methods;
+}
+
 // A method's points on a sweep, from the harmless one to one end.
 std::vector<const StabilityPoint*> Branch(const StabilityStudy& study, const Sweep& sweep,
                                           const std::string& method, bool forwards) {
@@ -94,9 +102,7 @@ StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const Stab
   const std::vector<Sweep> sweeps = Asked(StabilitySweeps(bench, options.quick), options.sweeps);
   const int noises = options.quick ? 1 : 3;
   std::vector<PlannedPoint> plan;
-  // The default method first: a study that is broken off has that one whole.
-  for (const FitMethod method : {FitMethod::kFast, FitMethod::kDescent, FitMethod::kCeres}) {
-    if (options.quick && method != FitMethod::kFast) continue;
+  for (const FitMethod method : Methods(options)) {
     for (const Sweep& sweep : sweeps) {
       if (std::count(sweep.methods.begin(), sweep.methods.end(), method) == 0) continue;
       const int fits = method == FitMethod::kFast ? noises : 1;

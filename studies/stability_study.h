@@ -17,7 +17,8 @@ namespace dermap {
 struct StabilityStudyOptions {
   bool quick = false;  // three values a sweep, small patches, one noise: for tests
   std::uint64_t seed = 1;
-  std::vector<std::string> sweeps;  // by name; empty: all
+  std::vector<std::string> sweeps;   // by name; empty: all
+  std::vector<std::string> methods;  // of fitting; empty: all, or the default one if quick
 };
 
 // Where a method stops being right on a sweep: its error first exceeds twice what noise allows.

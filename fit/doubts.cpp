@@ -1,0 +1,100 @@
+// SPDX-License-Identifier: Apache-2.0
+// Evidence against evidence.
+#include "fit/doubts.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "fit/resample.h"
+
+namespace dermap {
+namespace {
+
+constexpr double kGross = 0.3;      // logarithm
+constexpr double kTrust = -4.6;     // logarithm of the odds, before anything is seen, that it is wrong
+constexpr double kPossible = 0.05;  // probability
+
+}  // namespace
+
+bool Doubt::IsGross() const {
+  return probability > 0.5 && std::abs(log_error) > kGross;
+}
+
+void Doubts::CheckThickness(const PatchProblem& problem, const FitState& state, const DetailView& detail,
+                            const SkinPoint& fixed, std::string_view profiles) {
+  thickness_ = CheckAssumption(Assumption::kThickness, AnswerToThickness(problem, state, profiles), problem,
+                               state, detail, fixed);
+  thickness_of_ = problem.space().free();
+}
+
+void Doubts::SettleThickness(const PatchProblem& problem, const FitState& state, double evidence) {
+  AssumptionCheck check = std::move(thickness_);
+  std::vector<PlaneF> maps;
+  for (const Parameter p : problem.space().free()) {
+    const auto at = std::find(thickness_of_.begin(), thickness_of_.end(), p) - thickness_of_.begin();
+    maps.push_back(std::move(check.maps[static_cast<std::size_t>(at)]));
+  }
+  check.maps = std::move(maps);
+  Add(problem, state, check, evidence);
+}
+
+void Doubts::CheckPixelSize(const PatchProblem& problem, const FitState& state, const DetailView& detail,
+                            const SkinPoint& fixed) {
+  // Black tape bounds the light, and its size is how large a pixel is known to be; how light falls off beside
+  // it is not known well enough to say it again.
+  if (problem.model().conditions().tape == Tape::kBlack) return;
+  Add(problem, state,
+      CheckAssumption(Assumption::kPixelSize, AnswerToPixelSize(problem, state), problem, state, detail,
+                      fixed),
+      0.0);
+}
+
+void Doubts::Add(const PatchProblem& problem, const FitState& state, const AssumptionCheck& check,
+                 double evidence) {
+  if (check.maps.empty()) return;
+  Doubt doubt{check.assumption,
+              check.log_error,
+              check.sigma,
+              1.0 / (1.0 + std::exp(evidence - check.log_evidence - kTrust)),
+              problem.space().free(),
+              {}};
+  for (int j = 0; j < problem.space().count(); ++j) {
+    PlaneF& shift = doubt.shift.emplace_back(check.maps[j]);
+    const PlaneF& now = state.maps.Unknown(problem.space().parameter(j));
+    for (std::size_t i = 0; i < shift.size(); ++i)
+      shift.data()[i] -= static_cast<float>(now.data()[i] / problem.space().scale(j));
+  }
+  doubts_.push_back(std::move(doubt));
+}
+
+bool Doubts::IsAny() const {
+  return std::any_of(doubts_.begin(), doubts_.end(),
+                     [](const Doubt& doubt) { return doubt.probability > kPossible; });
+}
+
+void Doubts::AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const {
+  for (const Doubt& doubt : doubts_)
+    for (std::size_t k = 0; k < doubt.of.size(); ++k) {
+      const auto j = static_cast<std::size_t>(std::find(free.begin(), free.end(), doubt.of[k]) - free.begin());
+      if (j == free.size()) continue;
+      PlaneF square = doubt.shift[k];
+      for (float& value : square.values()) value *= value * static_cast<float>(doubt.probability);
+      square = ResizeLinear(square, variance[j].width(), variance[j].height());
+      for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];
+    }
+}
+
+double JunctionEvidence(const std::vector<Candidate>& candidates) {
+  const auto has_junction = [](const Candidate& c) {
+    return std::count(c.free.begin(), c.free.end(), Parameter::kJunctionAbsorbance) > 0;
+  };
+  if (candidates.empty() || !has_junction(candidates.front())) return 0.0;
+  double best = -std::numeric_limits<double>::infinity();
+  for (const Candidate& candidate : candidates)
+    if (!has_junction(candidate)) best = std::max(best, candidate.log_evidence);
+  return candidates.front().log_evidence - best;
+}
+
+}  // namespace dermap

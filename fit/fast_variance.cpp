@@ -1,0 +1,117 @@
+// SPDX-License-Identifier: Apache-2.0
+// Variances with nothing held fixed.
+#include "fit/fast_variance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace dermap {
+namespace {
+
+constexpr double kUnevenness = 0.1;
+constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
+constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
+
+bool Holds(const std::vector<Parameter>& free, Parameter p) {
+  return std::count(free.begin(), free.end(), p) > 0;
+}
+
+// What is not free differs from its fixed value about as much as the fit with all free found: the evidence
+// says that this is little, not that it is nothing.
+void TakeFixedAsFound(const PatchProblem& problem, const FitState& state, const std::vector<Parameter>& free,
+                      const SkinPoint& fixed, FreeVector& mean_variance) {
+  const ParameterSpace& space = problem.space();
+  for (int j = 0; j < space.count(); ++j) {
+    if (Holds(free, space.parameter(j))) continue;
+    double sum = 0.0;
+    const PlaneF& plane = state.maps.Unknown(space.parameter(j));
+    for (const float value : plane.values()) sum += value;
+    const double offset =
+        (sum / static_cast<double>(plane.size()) - fixed[static_cast<int>(space.parameter(j))]) /
+        space.scale(j);
+    mean_variance[j] = std::max(offset * offset, kNoOffset * kNoOffset);
+  }
+}
+
+// No skin is as even as a map of one value: what is present but not free varies by kUnevenness of its value,
+// in all octaves together, even where the data are silent about it.
+void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome,
+                      std::span<FreeVector> prior) {
+  const auto octaves = static_cast<double>(prior.size() - 1);
+  for (int j = 0; j < space.count(); ++j) {
+    if (Holds(outcome.free, space.parameter(j))) continue;
+    const double value = outcome.fixed[static_cast<int>(space.parameter(j))] / space.scale(j);
+    for (std::size_t octave = 0; octave + 1 < prior.size(); ++octave)
+      prior[octave][j] = std::max(prior[octave][j], std::pow(kUnevenness * value, 2) / octaves);
+  }
+}
+
+}  // namespace
+
+void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
+                             const std::vector<Parameter>& free, const SkinPoint& fixed, int octave,
+                             bool found) {
+  seen_from_ = octave;
+  detail_ = detail;
+  if (found) TakeFixedAsFound(problem, state, free, fixed, detail_->prior.back());
+}
+
+DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) const {
+  DetailModel model = *detail_;
+  model.scatter = outcome.detail.scatter;
+  const DetailView detail = ViewFrom(model, first);
+  for (int octave = seen_from_ - 1; octave >= first; --octave)
+    for (int j = 0; j < kUnknownCount; ++j)
+      detail.prior[octave - first][j] = GuessedVariance(detail, octave - first, j);
+  for (std::size_t octave = 0; octave < detail.prior.size(); ++octave)
+    for (std::size_t k = 0; k < outcome.free.size(); ++k) {
+      const auto p = static_cast<std::size_t>(outcome.free[k]);
+      detail.prior[octave][p] = outcome.detail.prior[octave + first][k];
+      detail.details[octave][p] = outcome.detail.details[octave + first][k];
+    }
+  return model;
+}
+
+ParameterMaps WithJunction(ParameterMaps maps, const SkinPoint& fixed) {
+  if (maps.junction_absorbance.empty())
+    maps.junction_absorbance = {
+        PlaneF(maps.width(), maps.height(), static_cast<float>(fixed[kParameterCount]))};
+  return maps;
+}
+
+std::vector<PlaneF> FastVariance::WithAll(const PatchProblem& problem, const FastOutcome& outcome,
+                                          DetailModel model, int first) const {
+  const PatchProblem all(problem.data(), problem.model(), ParameterSpace(AllUnknowns()));
+  FitState state = outcome.state;
+  state.maps = WithJunction(std::move(state.maps), outcome.fixed);
+  const DetailView detail = ViewFrom(model, first);
+  LeaveFixedUneven(all.space(), outcome, detail.prior);
+  OctaveStep step = SolveInOctaves(all, LineariseInOctaves(all, state), detail, outcome.fixed);
+  std::vector<PlaneF> variance;
+  for (const Parameter p : outcome.free)
+    variance.push_back(std::move(step.variance[static_cast<std::size_t>(p)]));
+  return variance;
+}
+
+std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
+                                     OctaveStep& last) const {
+  if (!IsAnyHeld(outcome)) return std::move(last.variance);
+  return WithAll(problem, outcome, DetailOfAll(outcome, first), first);
+}
+
+std::vector<PlaneF> FastVariance::OfNoise(const PatchProblem& problem, const FastOutcome& outcome,
+                                          int first) const {
+  const std::vector<double>& scatter = outcome.detail.scatter;
+  if (!outcome.doubts.IsAny() && *std::max_element(scatter.begin() + first, scatter.end()) < kMuchScatter)
+    return {};
+  const bool held = IsAnyHeld(outcome);
+  DetailModel quiet = held ? DetailOfAll(outcome, first) : outcome.detail;
+  std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
+  if (held) return WithAll(problem, outcome, std::move(quiet), first);
+  return SolveInOctaves(problem, LineariseInOctaves(problem, outcome.state), ViewFrom(quiet, first),
+                        outcome.fixed)
+      .variance;
+}
+
+}  // namespace dermap
