@@ -16,7 +16,7 @@ constexpr double kOutside_mm = 0.2;
 // Along an edge, with levels of its own: skin's structure must not look like the lens's blur.
 constexpr double kSegment_mm = 0.4;
 constexpr double kLeastSegment_px = 10.0;
-constexpr std::size_t kMostSamples = 14000;
+constexpr std::size_t kMostSamples = 20000;
 constexpr double kReadNoiseDn = 20.0;  // signal at which shot noise equals read noise, about
 
 EdgeReach ReachOf(const std::array<Edge, 4>& edges, std::size_t i, double window_mm) {
