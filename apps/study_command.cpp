@@ -150,26 +150,25 @@ int RunLadderStudyCommand(int argc, char** argv) {
 }
 
 int RunStabilityStudyCommand(int argc, char** argv) {
-  return RunJudged(
-      argc, argv, "stability", "Where each method of fitting breaks, and whether it says so.",
-      "{csv,json,svg,html}",
-      [](const Request& request, const ProgressFunction& progress) {
-        const StabilityStudy study = RunStabilityStudy(
-            request.folder,
-            {.quick = request.quick,
-             .seed = request.seed,
-             .sweeps = request.sweeps,
-             .methods = request.methods},
-            progress);
-        WriteStabilityStudy(request.folder, study);
-        std::string text;
-        for (const StabilityEdge& e : study.edges)
-          text += e.found ? fmt::format("{}, {}: right at {:g}, wrong at {:g} ({})\n", e.axis, e.method,
-                                        e.inside, e.outside, e.response)
-                          : fmt::format("{}, {}: right up to {:g}\n", e.axis, e.method, e.inside);
-        return Judged{study.verdicts, text, request.folder / "stability.html"};
-      },
-      {{"--sweep", &Request::sweeps}, {"--method", &Request::methods}});
+  return RunJudged(argc, argv, "stability", "Where each method of fitting breaks, and whether it says so.",
+                   "{csv,json,svg,html}",
+                   [](const Request& request, const ProgressFunction& progress) {
+                     const StabilityStudy study = RunStabilityStudy(request.folder,
+                                                                    {.quick = request.quick,
+                                                                     .seed = request.seed,
+                                                                     .sweeps = request.sweeps,
+                                                                     .methods = request.methods},
+                                                                    progress);
+                     WriteStabilityStudy(request.folder, study);
+                     std::string text;
+                     for (const StabilityEdge& e : study.edges)
+                       text += e.found
+                                   ? fmt::format("{}, {}: right at {:g}, wrong at {:g} ({})\n", e.axis,
+                                                 e.method, e.inside, e.outside, e.response)
+                                   : fmt::format("{}, {}: right up to {:g}\n", e.axis, e.method, e.inside);
+                     return Judged{study.verdicts, text, request.folder / "stability.html"};
+                   },
+                   {{"--sweep", &Request::sweeps}, {"--method", &Request::methods}});
 }
 
 struct Study {

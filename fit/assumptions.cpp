@@ -13,10 +13,11 @@ namespace dermap {
 namespace {
 
 constexpr double kPixelStep = 0.2, kThicknessStep = 0.05;  // of the differences, logarithms
-constexpr double kExpected = 0.3;    // how far what is told may be off before anything is seen, logarithm
-constexpr float kProbe = 1e-3f;      // of an answer, so that no bound of a parameter is near
+constexpr double kExpected = 0.3;  // how far what is told may be off before anything is seen, logarithm
+constexpr double kOfTest = 0.02;  // error of the test itself, logarithm: in honest scenes it finds up to 0.03
+constexpr float kProbe = 1e-3f;   // of an answer, so that no bound of a parameter is near
 constexpr double kAboveTolerance = 5.0;
-constexpr double kClamped = 1e-12;   // variance of what may not move, scaled units
+constexpr double kClamped = 1e-12;  // variance of what may not move, scaled units
 constexpr float kDarkest = 1e-7f;
 constexpr int kMakeUpSteps = 3;
 
@@ -40,8 +41,8 @@ struct Answered {
   std::vector<PlaneF> left, distance;
 };
 
-// Sum over the data of products of what is left over the noise's variance; that of the patch's mean is the top
-// octave's own.
+// Sum over the data of products of what is left over the noise's variance; that of the patch's mean is the
+// top octave's own.
 double DataProduct(const std::vector<OctaveLevel>& levels, const DetailView& detail,
                    const std::vector<PlaneF>& u, const std::vector<PlaneF>& v) {
   const OctaveLevel& fine = levels.front();
@@ -58,8 +59,7 @@ double DataProduct(const std::vector<OctaveLevel>& levels, const DetailView& det
       both += weight * u[b].data()[i] * v[b].data()[i];
     }
     if (weights <= 0.0) continue;
-    const double mean_weight =
-        mean.weight[b].data()[0] / (mean.noise_inflation * detail.scatter.back());
+    const double mean_weight = mean.weight[b].data()[0] / (mean.noise_inflation * detail.scatter.back());
     sum += (both - of_u * of_v / weights) / noise + of_u / weights * of_v / weights * mean_weight;
   }
   return sum;
@@ -100,6 +100,10 @@ bool IsSeen(const PatchProblem& problem, const std::vector<PlaneF>& answer) {
     count += static_cast<double>(plane.size());
   }
   return kPixelStep * std::sqrt(squares / count) > kAboveTolerance * problem.model().options().tolerance;
+}
+
+double LogEvidence(double error, double sigma) {
+  return 0.5 * std::pow(error / sigma, 2) - std::log(kExpected / sigma);
 }
 
 // The details of a position in the maps, octave by octave.
@@ -171,8 +175,7 @@ Answered DataAt(const PatchProblem& problem, const FitState& state, const std::v
   const std::vector<PlaneF> response = Response(problem, state, step.change);
   Answered data{levels[0].residual, levels[0].position};
   for (std::size_t b = 0; b < response.size(); ++b)
-    for (std::size_t i = 0; i < response[b].size(); ++i)
-      data.left[b].data()[i] -= response[b].data()[i];
+    for (std::size_t i = 0; i < response[b].size(); ++i) data.left[b].data()[i] -= response[b].data()[i];
   for (std::size_t j = 0; j < data.distance.size(); ++j)
     for (std::size_t i = 0; i < data.distance[j].size(); ++i)
       data.distance[j].data()[i] += step.change[j].data()[i];
@@ -248,9 +251,9 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
     for (float& value : data.distance[j].values()) value -= static_cast<float>(space.mean()[j]);
   const double precision = Product(levels, without, told, told) + 1.0 / (kExpected * kExpected);
   check.log_error = Product(levels, without, told, data) / precision;
-  check.sigma = std::sqrt(1.0 / precision);
-  check.log_evidence = 0.5 * check.log_error * check.log_error * precision -
-                       0.5 * std::log(precision * kExpected * kExpected);
+  check.log_evidence = LogEvidence(check.log_error, std::sqrt(1.0 / precision));
+  check.sigma = std::sqrt(1.0 / precision + kOfTest * kOfTest);
+  check.log_evidence_seen = LogEvidence(check.log_error, check.sigma);
   for (std::size_t j = 0; j < check.maps.size(); ++j)
     for (std::size_t i = 0; i < check.maps[j].size(); ++i)
       check.maps[j].data()[i] -= static_cast<float>(check.log_error * told.distance[j].data()[i]);

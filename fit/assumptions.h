@@ -15,10 +15,11 @@ enum class Assumption { kPixelSize, kThickness };
 
 struct AssumptionCheck {
   Assumption assumption = Assumption::kPixelSize;
-  double log_error = 0.0;     // logarithm of the true value over the told one, as the residuals have it
-  double sigma = 0.0;         // one standard deviation of that
-  double log_evidence = 0.0;  // logarithm by which the data prefer it to be wrong
-  std::vector<PlaneF> maps;   // of each free parameter, if it is: scaled units; empty: nothing can be said
+  double log_error = 0.0;          // logarithm of the true value over the told one, as the residuals have it
+  double sigma = 0.0;              // one standard deviation of that, the test's own error included
+  double log_evidence = 0.0;       // logarithm by which the data prefer it to be wrong
+  double log_evidence_seen = 0.0;  // the same by no more than the test's own error allows
+  std::vector<PlaneF> maps;  // of each free parameter, if it is: scaled units; empty: nothing can be said
 };
 
 // Answers of the logarithm of reflectance, one plane a band, to the logarithm of what was told.

@@ -11,7 +11,7 @@
 namespace dermap {
 namespace {
 
-constexpr double kMisfit = 12.0;  // chi2 of the mean above which there is something to find
+constexpr double kMisfit = 12.0;           // chi2 of the mean above which there is something to find
 constexpr double kMostlyExplained = 0.25;  // of it may stay when the suspect is left out
 
 struct MeanFit {

@@ -61,8 +61,9 @@ DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPr
   variance.fill(kFirstDetailSigma * kFirstDetailSigma);
   if (link)
     for (int j = 0; j < kUnknownCount; ++j) variance[j] = link->detail_variance[j] / std::max(octaves - 1, 1);
-  DetailModel model{std::vector<FreeVector>(octaves, variance), std::vector<FreeVector>(octaves, FreeVector{}),
-                    std::vector<double>(octaves, 1.0), std::move(blur), std::move(link)};
+  DetailModel model{std::vector<FreeVector>(octaves, variance),
+                    std::vector<FreeVector>(octaves, FreeVector{}), std::vector<double>(octaves, 1.0),
+                    std::move(blur), std::move(link)};
   model.prior.back().fill(kLargestVariance);
   return model;
 }

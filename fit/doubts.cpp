@@ -54,12 +54,13 @@ void Doubts::CheckPixelSize(const PatchProblem& problem, const FitState& state, 
 void Doubts::Add(const PatchProblem& problem, const FitState& state, const AssumptionCheck& check,
                  double evidence) {
   if (check.maps.empty()) return;
-  Doubt doubt{check.assumption,
-              check.log_error,
-              check.sigma,
-              1.0 / (1.0 + std::exp(evidence - check.log_evidence - kTrust)),
-              problem.space().free(),
-              {}};
+  Doubt doubt{
+      check.assumption,
+      check.log_error,
+      check.sigma,
+      1.0 / (1.0 + std::exp(-kTrust - std::min(check.log_evidence - evidence, check.log_evidence_seen))),
+      problem.space().free(),
+      {}};
   for (int j = 0; j < problem.space().count(); ++j) {
     PlaneF& shift = doubt.shift.emplace_back(check.maps[j]);
     const PlaneF& now = state.maps.Unknown(problem.space().parameter(j));
@@ -77,10 +78,13 @@ bool Doubts::IsAny() const {
 void Doubts::AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const {
   for (const Doubt& doubt : doubts_)
     for (std::size_t k = 0; k < doubt.of.size(); ++k) {
-      const auto j = static_cast<std::size_t>(std::find(free.begin(), free.end(), doubt.of[k]) - free.begin());
+      const auto j =
+          static_cast<std::size_t>(std::find(free.begin(), free.end(), doubt.of[k]) - free.begin());
       if (j == free.size()) continue;
       PlaneF square = doubt.shift[k];
-      for (float& value : square.values()) value *= value * static_cast<float>(doubt.probability);
+      // Not by the probability itself: an interval of 95 % must reach as far as what holds once in twenty.
+      const auto weight = static_cast<float>(std::sqrt(doubt.probability));
+      for (float& value : square.values()) value *= weight * value;
       square = ResizeLinear(square, variance[j].width(), variance[j].height());
       for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];
     }

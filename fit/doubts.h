@@ -23,8 +23,8 @@ struct Doubt {
 
 class Doubts {
  public:
-  // At the coarsest size, before anything else is made of what a wrong thickness leaves: a band's gain, or the
-  // junction's absorbance.
+  // At the coarsest size, before anything else is made of what a wrong thickness leaves: a band's gain, or
+  // the junction's absorbance.
   void CheckThickness(const PatchProblem& problem, const FitState& state, const DetailView& detail,
                       const SkinPoint& fixed, std::string_view profiles);
   // At the same size once the maps have settled. `evidence`: logarithm of that for what was made of it.
@@ -34,8 +34,8 @@ class Doubts {
 
   const std::vector<Doubt>& all() const { return doubts_; }
   bool IsAny() const;
-  // The squares of the shifts, as likely as the data make them. `variance`: of each free parameter, scaled
-  // units.
+  // The squares of the shifts, by the root of how likely the data make them. `variance`: of each free
+  // parameter, scaled units.
   void AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const;
 
  private:

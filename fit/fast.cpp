@@ -23,11 +23,11 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
-constexpr double kMostOpen = 0.5;        // share of the pixels that may leave a free parameter open
-constexpr double kUnsettled = 1.5;      // chi2 a datum above which more is freed than was chosen
-constexpr double kSettled = 0.8;        // of chi2, at most, must stay for that
-constexpr int kCheckedSize = 64;       // pixels along the longer side, at which the pixels' is doubted
-constexpr int kMostSuspicions = 3;    // corrections of a band's gain, each a smaller one
+constexpr double kMostOpen = 0.5;          // share of the pixels that may leave a free parameter open
+constexpr double kUnsettled = 1.5;         // chi2 a datum above which more is freed than was chosen
+constexpr double kSettled = 0.8;           // of chi2, at most, must stay for that
+constexpr int kCheckedSize = 64;           // pixels along the longer side, at which the pixels' is doubted
+constexpr int kMostSuspicions = 3;         // corrections of a band's gain, each a smaller one
 
 // Halved, rounding up, as the octaves are.
 std::vector<int> Sizes(int size) {
@@ -173,8 +173,8 @@ class CoarseToFine {
     while (outcome_.free.size() > 1 && HoldUnidentified(data, model, first)) continue;
   }
 
-  // What the evidence frees, though most pixels leave it open to half of its range, makes no map: it is held at
-  // its fixed value, and sigma of the others holds how far it may be off. Whether there was one.
+  // What the evidence frees, though most pixels leave it open to half of its range, makes no map: it is held
+  // at its fixed value, and sigma of the others holds how far it may be off. Whether there was one.
   bool HoldUnidentified(const FitData& data, const ForwardModel& model, int first) {
     PatchProblem problem(data, model, ParameterSpace(outcome_.free));
     outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
@@ -185,10 +185,9 @@ class CoarseToFine {
     std::size_t worst = 0;
     double most = kMostOpen;
     for (std::size_t j = 0; j < variance.size(); ++j) {
-      const double open =
-          std::count_if(variance[j].values().begin(), variance[j].values().end(),
-                        [](float v) { return !(v <= kIdentifiable * kIdentifiable); }) /
-          static_cast<double>(variance[j].size());
+      const double open = std::count_if(variance[j].values().begin(), variance[j].values().end(),
+                                        [](float v) { return !(v <= kIdentifiable * kIdentifiable); }) /
+                          static_cast<double>(variance[j].size());
       if (outcome_.free[j] == Parameter::kC_m || open <= most) continue;
       worst = j;
       most = open;
@@ -228,8 +227,8 @@ class CoarseToFine {
       log_.renders_before += problem.renders();
       if (trial.state.misfit.Chi2PerDatum() > least) continue;
       least = trial.state.misfit.Chi2PerDatum();
-        suspect = {b, GainError(data, b, trial.state.predicted[b]),
-               0.5 * (outcome_.state.misfit.chi2 - trial.state.misfit.chi2)};
+      suspect = {b, GainError(data, b, trial.state.predicted[b]),
+                 0.5 * (outcome_.state.misfit.chi2 - trial.state.misfit.chi2)};
       best = std::move(trial);
     }
     if (!best || std::abs(suspect.gain_error) < kLoudGain) return;
@@ -254,7 +253,8 @@ class CoarseToFine {
     const double gain = 1.0 + suspect.gain_error;
     const double before = outcome_.suspect ? outcome_.suspect->gain_error : 0.0;
     const double evidence = outcome_.suspect ? outcome_.suspect->log_evidence : 0.0;
-    outcome_.suspect = SuspectBand{suspect.band, (1.0 + before) * gain - 1.0, evidence + suspect.log_evidence};
+    outcome_.suspect =
+        SuspectBand{suspect.band, (1.0 + before) * gain - 1.0, evidence + suspect.log_evidence};
     for (FitData* of : {&data, &data_}) {
       for (float& value : of->measured[suspect.band].values()) value = static_cast<float>(value / gain);
       for (float& value : of->sigma[suspect.band].values()) value = static_cast<float>(value / gain);
@@ -278,9 +278,9 @@ class CoarseToFine {
                              .Refine(outcome_.state, finest ? kRest : kCoarseRest, log_, last);
     log_.renders_before += problem.renders();
     if (first == seen_from_)
-      outcome_.doubts.SettleThickness(problem, outcome_.state,
-                                      JunctionEvidence(outcome_.candidates) +
-                                          (outcome_.suspect ? outcome_.suspect->log_evidence : 0.0));
+      outcome_.doubts.SettleThickness(
+          problem, outcome_.state,
+          JunctionEvidence(outcome_.candidates) + (outcome_.suspect ? outcome_.suspect->log_evidence : 0.0));
     const int longer = std::max(data.width(), data.height());
     if (longer <= kCheckedSize && (finest || 2 * longer - 1 > kCheckedSize))
       outcome_.doubts.CheckPixelSize(problem, outcome_.state, detail, outcome_.fixed);
@@ -290,14 +290,15 @@ class CoarseToFine {
   // More than was chosen may be at work: the coarsest size, whose areas are averaged no better than
   // kReductionError, cannot see it where the noise is less.
   bool FreeAll(const FitData& data, const ForwardModel& model, int first) {
-    if (!variance_.IsAnyHeld(outcome_) || outcome_.state.misfit.Chi2PerDatum() < kUnsettled || log_.Stopped())
+    if (!variance_.IsAnyHeld(outcome_) || data.band_count() <= kUnknownCount || log_.Stopped() ||
+        outcome_.state.misfit.Chi2PerDatum() < kUnsettled)
       return false;
     PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
     DetailModel all = variance_.DetailOfAll(outcome_, first);
     FitState state = problem.StateOf(WithJunction(outcome_.state.maps, outcome_.fixed));
     OctaveStep last;
-    const bool converged = SizeFit(problem, ViewFrom(all, first), outcome_.fixed)
-                               .Refine(state, kRest, log_, last);
+    const bool converged =
+        SizeFit(problem, ViewFrom(all, first), outcome_.fixed).Refine(state, kRest, log_, last);
     log_.renders_before += problem.renders();
     if (state.misfit.chi2 > kSettled * outcome_.state.misfit.chi2) return false;
     outcome_.converged = converged;
@@ -342,7 +343,7 @@ class CoarseToFine {
   RunLog& log_;
   FastOutcome outcome_;
   FastVariance variance_;
-  int seen_from_ = 0;                      // octave of the coarsest size's pixels
+  int seen_from_ = 0;  // octave of the coarsest size's pixels
 };
 
 }  // namespace

@@ -36,8 +36,7 @@ void TakeFixedAsFound(const PatchProblem& problem, const FitState& state, const 
 
 // No skin is as even as a map of one value: what is present but not free varies by kUnevenness of its value,
 // in all octaves together, even where the data are silent about it.
-void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome,
-                      std::span<FreeVector> prior) {
+void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome, std::span<FreeVector> prior) {
   const auto octaves = static_cast<double>(prior.size() - 1);
   for (int j = 0; j < space.count(); ++j) {
     if (Holds(outcome.free, space.parameter(j))) continue;

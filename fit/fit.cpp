@@ -125,8 +125,8 @@ Outcome OutcomeOf(FastOutcome fast) {
   outcome.variance = std::move(fast.variance);
   outcome.noise_variance = std::move(fast.noise_variance);
   outcome.scatter = fast.detail.scatter[0];
-  outcome.grossly_told =
-      std::any_of(fast.doubts.all().begin(), fast.doubts.all().end(), [](const Doubt& doubt) { return doubt.IsGross(); });
+  outcome.grossly_told = std::any_of(fast.doubts.all().begin(), fast.doubts.all().end(),
+                                     [](const Doubt& doubt) { return doubt.IsGross(); });
   outcome.candidates = std::move(fast.candidates);
   return outcome;
 }
@@ -163,6 +163,14 @@ Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make
   return OutcomeOf(std::move(fast));
 }
 
+// The fast fit's variances hold also what all pixels share and what it was told; the reference's the lateral
+// coupling to the letter.
+void TakeLarger(const std::vector<PlaneF>& other, std::vector<PlaneF>& variance) {
+  for (std::size_t j = 0; j < variance.size(); ++j)
+    for (std::size_t i = 0; i < variance[j].size(); ++i)
+      variance[j].data()[i] = std::max(variance[j].data()[i], other[j].data()[i]);
+}
+
 // The reference takes over what the fast fit found to be free, and how much detail there is. On small patches
 // it starts where the fast fit starts, from the closed-form inversion; on others, where gradients alone lead,
 // from the fast fit's maps, whose objective it can only lower.
@@ -192,7 +200,7 @@ Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker&
   Outcome outcome = OutcomeOf(std::move(fast));
   outcome.state = problem.StateOf(std::move(reference.maps));
   outcome.converged = reference.converged;
-  if (dense) outcome.variance = std::move(reference.variance);
+  if (dense) TakeLarger(reference.variance, outcome.variance);
   log.renders_before += problem.renders() + reference.evaluations;
   log.Add(outcome.state.misfit, problem.space().count(), 0);
   return outcome;

@@ -78,8 +78,7 @@ class LevelSolver {
     if (!top_) ParallelFor(count, [&](int j) { change_[j] = DetailOf(change_[j]); });
     AddAll(change_, sofar.change);
     AddAll(variance_, sofar.variance);
-    ForEachPixel([&](int, std::size_t i, std::span<OctaveRow> rows) { Answer(i, rows, sofar); },
-                 every_);
+    ForEachPixel([&](int, std::size_t i, std::span<OctaveRow> rows) { Answer(i, rows, sofar); }, every_);
     return Statistics(determined, sofar);
   }
 

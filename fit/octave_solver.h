@@ -21,8 +21,8 @@ namespace dermap {
 enum class Answers { kSampled, kEverywhere };
 
 struct OctaveStep {
-  std::vector<PlaneF> change;                // of each free parameter, scaled units
-  std::vector<PlaneF> variance;              // of each free parameter once the step is taken, scaled units
+  std::vector<PlaneF> change;    // of each free parameter, scaled units
+  std::vector<PlaneF> variance;  // of each free parameter once the step is taken, scaled units
   std::vector<PlaneF> answered;  // [band], what the change does to the logarithms; where it was asked for
   std::vector<DetailStatistics> statistics;  // [octave], once the step is taken
   double adapted_parameters = 0.0;           // that the data decide: degrees of freedom of the fitted model

@@ -156,8 +156,8 @@ const KnownStack& StabilityBench::Window() {
     scene.width = scene.height = kWindowSide;
     scene.pixel_size_mm = kWindowPixel_mm;
     scene.black_tape = true;
-    const auto judged =
-        reference::RunMonteCarlo(scene, {.photons = kWindowPhotons * photons_, .seed = 200 + b, .threads = Threads()});
+    const auto judged = reference::RunMonteCarlo(
+        scene, {.photons = kWindowPhotons * photons_, .seed = 200 + b, .threads = Threads()});
     known.stack.reflectance[b] = Single(judged.reflectance_image);
     known.stack.sigma[b] = Single(judged.reflectance_image_error);
   }

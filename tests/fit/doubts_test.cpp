@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "common/optics/profile_source.h"
 #include "fit/fast.h"
@@ -20,7 +21,11 @@ constexpr double kPixel_mm = 7.5 / 32;
 ForwardModel ModelOf(const ImagingConditions& conditions, double thickness_mm) {
   TissueConfig tissue;
   tissue.epidermis_thickness_mm = thickness_mm;
-  return {testing::TestChromophores(), *MakeProfileSource("exact"), tissue, testing::EightBands(), conditions,
+  return {testing::TestChromophores(),
+          *MakeProfileSource("exact"),
+          tissue,
+          testing::EightBands(),
+          conditions,
           {}};
 }
 
@@ -45,7 +50,10 @@ const Doubt* Find(const FastOutcome& fit, Assumption assumption) {
 }
 
 TEST(Doubts, NothingIsDoubtedThatIsRight) {
-  EXPECT_FALSE(FitTold(1.0, 1.0).doubts.IsAny());
+  const FastOutcome fit = FitTold(1.0, 1.0);
+  for (const Doubt& doubt : fit.doubts.all())
+    EXPECT_LT(doubt.probability, 0.05)
+        << static_cast<int>(doubt.assumption) << ' ' << doubt.log_error << ' ' << doubt.sigma;
 }
 
 TEST(Doubts, AWrongPixelSizeIsSeen) {
@@ -59,28 +67,31 @@ TEST(Doubts, AWrongPixelSizeIsSeen) {
 }
 
 TEST(Doubts, AWrongThicknessIsSeen) {
-  for (const double told : {0.85, 1.15}) {
-    const FastOutcome fit = FitTold(1.0, told);
-    const Doubt* doubt = Find(fit, Assumption::kThickness);
-    ASSERT_TRUE(doubt) << told;
-    EXPECT_GT(doubt->probability, 0.9) << told;
-    EXPECT_GT(-doubt->log_error / std::log(told), 0.4) << told;
-  }
+  const FastOutcome fit = FitTold(1.0, 0.85);
+  const Doubt* doubt = Find(fit, Assumption::kThickness);
+  ASSERT_TRUE(doubt);
+  EXPECT_GT(doubt->probability, 0.9);
+  EXPECT_NEAR(doubt->log_error, -std::log(0.85), 0.08);
 }
 
-// A tenth of the pixel size moves the maps by more than the noise does; their intervals must follow.
+// A fifth of the pixel size or of the thickness moves the maps by more than the noise does; their intervals
+// must follow.
 TEST(Doubts, SigmaHoldsWhatAWrongValueChanges) {
-  const FastOutcome fit = FitTold(1.2, 1.0);
-  const ParameterMaps truth = testing::SpottedSkin(32, 0.06);
-  const ParameterSpace space(fit.free);
-  for (int j = 0; j < space.count(); ++j) {
-    double covered = 0.0;
-    const PlaneF& found = fit.state.maps.Unknown(space.parameter(j));
-    for (std::size_t i = 0; i < found.size(); ++i) {
-      const double error = (found.data()[i] - truth.Unknown(space.parameter(j)).data()[i]) / space.scale(j);
-      covered += std::abs(error) < 1.96 * std::sqrt(fit.variance[j].data()[i]);
+  for (const auto& [pixel, thickness] : {std::pair{1.2, 1.0}, std::pair{1.0, 0.85}}) {
+    const FastOutcome fit = FitTold(pixel, thickness);
+    const ParameterMaps truth = testing::SpottedSkin(32, 0.06);
+    const ParameterSpace space(fit.free);
+    for (int j = 0; j < space.count(); ++j) {
+      if (space.parameter(j) == Parameter::kJunctionAbsorbance) continue;  // not of these scenes
+      double covered = 0.0;
+      const PlaneF& found = fit.state.maps.Unknown(space.parameter(j));
+      for (std::size_t i = 0; i < found.size(); ++i) {
+        const double error = (found.data()[i] - truth.Unknown(space.parameter(j)).data()[i]) / space.scale(j);
+        covered += std::abs(error) < 1.96 * std::sqrt(fit.variance[j].data()[i]);
+      }
+      EXPECT_GT(covered / static_cast<double>(found.size()), 0.9)
+          << pixel << ' ' << thickness << ' ' << InfoOf(space.parameter(j)).name;
     }
-    EXPECT_GT(covered / static_cast<double>(found.size()), 0.9) << j;
   }
 }
 
