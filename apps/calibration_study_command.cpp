@@ -10,8 +10,10 @@
 namespace dermap {
 
 int RunCalibrationStudyCommand(int argc, char** argv) {
-  CommandLine command("study calibration",
-                      "How right the calibration is, on random rigs of the optical bench.");
+  CommandLine command(
+      "study calibration",
+      "How right the calibration is, on random rigs of the optical bench. A run that was broken off "
+      "goes on where it was.");
   std::filesystem::path folder;
   CalibrationStudyOptions options;
   command.app()
@@ -21,7 +23,7 @@ int RunCalibrationStudyCommand(int argc, char** argv) {
   command.app().add_option("--seed", options.seed, "Everything random follows from it (default 1)");
   return command.Run(argc, argv, [&] {
     ProgressBar bar("study calibration");
-    const CalibrationStudy study = RunCalibrationStudy(options, bar.Function());
+    const CalibrationStudy study = RunCalibrationStudy(folder, options, bar.Function());
     WriteCalibrationStudy(folder, study);
     Outcome outcome;
     outcome.code = study.Holds() ? ExitCode::kSuccess : ExitCode::kGoalNotReached;
@@ -40,6 +42,9 @@ int RunCalibrationStudyCommand(int argc, char** argv) {
     line("dropped_bands", study.dropped_bands, "none");
     if (study.failures > 0)
       outcome.text += std::to_string(study.failures) + " rigs were not calibrated at all\n";
+    outcome.text += "within the limits: chi2 " + std::to_string(study.within_chi2) + ", alignment " +
+                    std::to_string(study.within_alignment) + " of " + std::to_string(options.rigs) +
+                    " rigs, " + std::to_string(study.resumed) + " of them from an earlier run\n";
     outcome.text += (folder / "calibration.json").string() + "\n";
     const bool holds = study.Holds();
     outcome.fill_json = [folder, holds](nlohmann::json& json) {

@@ -32,6 +32,15 @@ constexpr double kPi = 3.14159265358979323846;
 // window has been followed already; on skin without much structure more freedom would only follow noise.
 constexpr std::array<double, Warp::kModes> kPrior_px{0.5, 0.15, 0.15, 0.3, 0.15, 0.15};
 constexpr int kAffineModes = 3;
+constexpr double kSkinAtTape_px = 0.05;  // what the tape lets skin move at its border, one standard deviation
+using Prior = std::array<double, Warp::kModes>;
+
+Prior PriorOf(double window_sigma_px) {
+  Prior prior = kPrior_px;
+  for (int i = 0; i < kAffineModes; ++i)
+    prior[i] = std::min(prior[i], std::hypot(window_sigma_px, kSkinAtTape_px));
+  return prior;
+}
 
 // Fine structure of a band in log reflectance, scaled to a standard deviation of 1 within the mask.
 struct Structure {
@@ -137,6 +146,7 @@ struct Problem {
   const cv::Mat& mask;
   double smooth_px;  // of both, for the number of samples that are independent
   int modes;         // used, of each direction
+  Prior prior_px;
 };
 
 struct Fit {
@@ -222,7 +232,7 @@ Fit Step(const Problem& problem, Warp& warp) {
   right /= variance;
   for (int i = 0; i < unknowns; ++i) {
     const int mode = i % modes;
-    const double pull = 1.0 / (kPrior_px[mode] * kPrior_px[mode]);
+    const double pull = 1.0 / (problem.prior_px[mode] * problem.prior_px[mode]);
     normal(i, i) += pull;
     right(i) -= pull * warp.p[i < modes ? mode : Warp::kModes + mode];
   }
@@ -274,7 +284,7 @@ void Describe(int width_px, BandAlignment& a) {
 
 void Judge(const AlignmentOptions& options, int width_px, BandAlignment& a) {
   Describe(width_px, a);
-  const double shift = std::hypot(a.dx_px, a.dy_px);
+  const double shift = a.found_shift_px = std::hypot(a.dx_px, a.dy_px);
   if (!(a.correlation >= options.smallest_correlation) ||
       !(a.uncertainty_px <= options.largest_uncertainty_px)) {
     a.note = "shares too little structure with the other bands (correlation " + Short(a.correlation) +
@@ -307,7 +317,7 @@ void RemoveMean(int width_px, std::vector<BandAlignment>& bands) {
 
 // One band against the mean of the others, from where all of them are now.
 BandAlignment AlignBand(const Structure& own, const cv::Mat& reference, const BandAlignment& before,
-                        bool first, double share, const AlignmentOptions& options) {
+                        const Prior& prior, bool first, double share, const AlignmentOptions& options) {
   BandAlignment found;
   if (own.weight <= 0.0 || reference.empty()) {
     found.note = "shows no structure above its noise: the window's own alignment is kept";
@@ -318,11 +328,13 @@ BandAlignment AlignBand(const Structure& own, const cv::Mat& reference, const Ba
     cv::Mat coarse, coarse_reference;
     cv::GaussianBlur(own.picture, coarse, {}, kCoarseSmooth_px);
     cv::GaussianBlur(reference, coarse_reference, {}, kCoarseSmooth_px);
-    Search({Sampled(coarse_reference), coarse, own.mask, std::hypot(kSmooth_px, kCoarseSmooth_px), 1},
-           found.warp);
+    Search(
+        {Sampled(coarse_reference), coarse, own.mask, std::hypot(kSmooth_px, kCoarseSmooth_px), 1, kPrior_px},
+        found.warp);
   }
-  Search({Sampled(reference), own.picture, own.mask, kSmooth_px, kAffineModes}, found.warp);
-  const Fit fit = Search({Sampled(reference), own.picture, own.mask, kSmooth_px, Warp::kModes}, found.warp);
+  Search({Sampled(reference), own.picture, own.mask, kSmooth_px, kAffineModes, prior}, found.warp);
+  const Fit fit =
+      Search({Sampled(reference), own.picture, own.mask, kSmooth_px, Warp::kModes, prior}, found.warp);
   found.correlation = fit.correlation;
   found.uncertainty_px = fit.uncertainty_px;
   Damp(before.warp, share, found.warp);
@@ -345,6 +357,7 @@ PlaneF Residual(const Structure& own, const cv::Mat& moved, const cv::Mat& refer
 }  // namespace
 
 std::vector<BandAlignment> AlignBands(std::span<const PlaneF> reflectance, std::span<const PlaneF> noise,
+                                      std::span<const double> window_sigma_px,
                                       const AlignmentOptions& options) {
   const auto count = static_cast<int>(reflectance.size());
   std::vector<Structure> structures(reflectance.size());
@@ -365,7 +378,8 @@ std::vector<BandAlignment> AlignBands(std::span<const PlaneF> reflectance, std::
     ParallelFor(count, [&](int i) {
       if (pass > 0 && !bands[i].applied) return;
       const cv::Mat reference = MeanOfOthers(structures, moved, static_cast<std::size_t>(i));
-      next[i] = AlignBand(structures[i], reference, bands[i], pass == 0, share, options);
+      const Prior prior = window_sigma_px.empty() ? kPrior_px : PriorOf(window_sigma_px[i]);
+      next[i] = AlignBand(structures[i], reference, bands[i], prior, pass == 0, share, options);
     });
     RemoveMean(width, next);
     double settled = 0.0;

@@ -30,13 +30,18 @@ struct BandAlignment {
   double correlation = 0.0;     // with the mean of the other bands
   double uncertainty_px = 0.0;  // one standard deviation of the shift, estimated
   bool applied = false;
-  bool clearly_off = false;  // a sure shift beyond the limit: this band shows something else
-  std::string note;          // why not applied; else empty
-  PlaneF residual;           // structure of the band against the mean of the others, in standard deviations
+  double found_shift_px = 0.0;  // of the patch's middle, applied or not
+  bool clearly_off = false;     // a sure shift beyond the limit: this band shows something else
+  std::string note;             // why not applied; else empty
+  PlaneF residual;  // structure of the band against the mean of the others, in standard deviations
 };
 
 // One band a plane, all of one shape, NaN where missing; `noise`: one standard deviation, one plane a band.
+// `window_sigma_px`: how well each band's window is known, one standard deviation of an edge, patch pixels:
+// skin is held by the tape, so where the window is known well, shift, strain and rotation are small. Empty:
+// not known.
 std::vector<BandAlignment> AlignBands(std::span<const PlaneF> reflectance, std::span<const PlaneF> noise,
+                                      std::span<const double> window_sigma_px,
                                       const AlignmentOptions& options);
 
 }  // namespace dermap

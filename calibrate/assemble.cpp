@@ -88,11 +88,19 @@ void CorrectSurface(const Session& session, const StepSet& skip, double median, 
   record.steps.push_back(gel);
 }
 
-// d ln R / d nm at a band from itself and its neighbours: the parabola's slope, or the line's at the ends.
+// d ln R / d nm at a band.
 struct Slope {
   double middle, uncertainty;
 };
 
+// Drawn towards none as far as the bands leave it open: a slope that is as uncertain as it is large does no
+// good when it is believed whole.
+Slope Believed(double slope, double uncertainty) {
+  const double belief = slope * slope / (slope * slope + uncertainty * uncertainty + 1e-30);
+  return {belief * slope, std::abs(uncertainty) * std::sqrt(belief)};
+}
+
+// From a band and its neighbours: the parabola's slope, or the line's at the ends.
 Slope LogSlope(const ReflectanceStack& stack, std::size_t band, std::size_t pixel) {
   const auto log_r = [&](std::size_t b) {
     return std::log(std::max(1e-3, double(stack.reflectance[b].data()[pixel])));
@@ -101,14 +109,14 @@ Slope LogSlope(const ReflectanceStack& stack, std::size_t band, std::size_t pixe
     return (log_r(b) - log_r(a)) / (stack.bands[b].wavelength_nm - stack.bands[a].wavelength_nm);
   };
   if (stack.bands.size() < 2) return {0.0, 0.0};
-  if (band == 0) return {between(0, 1), std::abs(between(0, 1))};
-  if (band + 1 == stack.bands.size()) return {between(band - 1, band), std::abs(between(band - 1, band))};
+  if (band == 0) return Believed(between(0, 1), between(0, 1));
+  if (band + 1 == stack.bands.size()) return Believed(between(band - 1, band), between(band - 1, band));
   const double left = between(band - 1, band);
   const double right = between(band, band + 1);
   const double width_left = stack.bands[band].wavelength_nm - stack.bands[band - 1].wavelength_nm;
   const double width_right = stack.bands[band + 1].wavelength_nm - stack.bands[band].wavelength_nm;
-  return {(left * width_right + right * width_left) / (width_left + width_right),
-          0.5 * std::abs(left - right)};
+  return Believed((left * width_right + right * width_left) / (width_left + width_right),
+                  0.5 * std::abs(left - right));
 }
 
 // Brings each band from the wavelength at which the sensor, on average, has seen it to the filter's centre.

@@ -18,6 +18,7 @@ namespace dermap {
 namespace {
 
 constexpr double kWindowMargin_px = 16.0;  // around the window's corners, at least
+constexpr double kBrightTarget = 0.2;      // reflectance: tape from edge to edge is darker
 constexpr double kWindowMargin = 0.08;     // of the window's side: tape enough to tell the stray light
 
 std::vector<SignalFrame> ReadRole(const SessionContext& context, FrameRole role, double wavelength_nm) {
@@ -94,12 +95,37 @@ SkinMosaic MakeMosaic(const SessionContext& context, SignalFrame& skin, SignalFr
   return out;
 }
 
+// Means of the window's middle, for what the steps did.
+struct MiddleMeans {
+  double skin = 0.0, spectralon = 0.0;
+  double skin_square = 0.0,
+         spectralon_square = 0.0;  // weighted by the signals themselves: Spectralon's strong ones
+};
+
+MiddleMeans MeansOf(const Mosaic& mosaic) {
+  MiddleMeans sum;
+  for (int y = mosaic.height() / 4; y < mosaic.height() * 3 / 4; ++y) {
+    for (int x = mosaic.width() / 4; x < mosaic.width() * 3 / 4; ++x) {
+      if (mosaic.mask(x, y) != 0) continue;
+      sum.skin += mosaic.skin(x, y);
+      sum.spectralon += mosaic.spectralon(x, y);
+      sum.skin_square += double(mosaic.skin(x, y)) * mosaic.spectralon(x, y);
+      sum.spectralon_square += double(mosaic.spectralon(x, y)) * mosaic.spectralon(x, y);
+    }
+  }
+  const double count = std::max(1.0, double(mosaic.width()) * mosaic.height() / 4.0);
+  return {sum.skin / count, sum.spectralon / count, sum.skin_square / sum.spectralon,
+          sum.spectralon_square / sum.spectralon};
+}
+
 // The window, or what stands in its place.
 Window WindowOf(const SessionContext& context, const SkinMosaic& whole, const std::string& file) {
   try {
     return FindWindow(whole.mosaic, context.gray_card, context.session.rig.window_mm, file);
   } catch (const CaptureFailure& failure) {
-    if (!EvenlyBright(whole.mosaic.skin, context.gray_card)) throw;
+    const MiddleMeans means = MeansOf(whole.mosaic);
+    const bool bright = whole.mosaic.scale * means.skin > kBrightTarget * means.spectralon;
+    if (!bright || !EvenlyBright(whole.mosaic.skin, context.gray_card)) throw;
     throw CaptureFailure(
         file +
             ": there is no window in this skin frame, but an evenly bright target, as in a Spectralon frame; "
@@ -124,37 +150,14 @@ PlaneF CropToWindow(const Window& window, Mosaic& mosaic) {
   return std::move(crop.spectralon);
 }
 
-// Means of the window's middle, for what the steps did.
-struct MiddleMeans {
-  double skin = 0.0, spectralon = 0.0;
-  double skin_square = 0.0,
-         spectralon_square = 0.0;  // weighted by the signals themselves: Spectralon's strong ones
-};
-
-MiddleMeans MeansOf(const Mosaic& mosaic) {
-  MiddleMeans sum;
-  for (int y = mosaic.height() / 4; y < mosaic.height() * 3 / 4; ++y) {
-    for (int x = mosaic.width() / 4; x < mosaic.width() * 3 / 4; ++x) {
-      if (mosaic.mask(x, y) != 0) continue;
-      sum.skin += mosaic.skin(x, y);
-      sum.spectralon += mosaic.spectralon(x, y);
-      sum.skin_square += double(mosaic.skin(x, y)) * mosaic.spectralon(x, y);
-      sum.spectralon_square += double(mosaic.spectralon(x, y)) * mosaic.spectralon(x, y);
-    }
-  }
-  const double count = std::max(1.0, double(mosaic.width()) * mosaic.height() / 4.0);
-  return {sum.skin / count, sum.spectralon / count, sum.skin_square / sum.spectralon,
-          sum.spectralon_square / sum.spectralon};
-}
-
 StepRecord LinearityStep(const SessionContext& context, const SignalFrame& skin, const MiddleMeans& means) {
-  StepRecord step{Step::kLinearity, false, 0.0, 0.0, "the rig states no nonlinearity"};
-  const auto& known = context.session.rig.optics.nonlinearity;
+  StepRecord step{Step::kLinearity, false, 0.0, 0.0, context.linearity.note};
+  const auto& known = context.linearity.used;
   if (!known) return step;
   const double scale = context.blacks.FullScale(*skin.black);
   const double difference = (means.skin_square - means.spectralon_square) / scale;
-  step.applied = context.blacks.options().nonlinearity != 0.0;
-  step.note = step.applied ? "" : "left out";
+  step.applied = context.skip.count(Step::kLinearity) == 0;
+  if (!step.applied) step.note = "left out: " + step.note;
   step.effect = step.applied ? known->value * difference : 0.0;
   step.sigma = step.applied ? known->sigma * std::abs(difference) : std::abs(known->value * difference);
   return step;

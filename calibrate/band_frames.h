@@ -6,6 +6,7 @@
 
 #include "calibrate/calibrate.h"
 #include "calibrate/gray_card.h"
+#include "calibrate/linearity.h"
 #include "calibrate/mosaic.h"
 #include "calibrate/noise_model.h"
 
@@ -18,6 +19,7 @@ struct SessionContext {
   const BlackFrames& blacks;
   PixelRegion gray_card;
   StepSet skip;  // steps that are left out
+  Linearity linearity;
 };
 
 // One skin frame beside the band's Spectralon frame, cut to the window's surroundings.

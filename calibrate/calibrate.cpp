@@ -12,6 +12,7 @@
 #include "calibrate/assemble.h"
 #include "calibrate/band_frames.h"
 #include "calibrate/filter_order.h"
+#include "calibrate/kept_frames.h"
 #include "calibrate/spectralon.h"
 #include "calibrate/statistics.h"
 #include "common/core/error.h"
@@ -19,6 +20,8 @@
 
 namespace dermap {
 namespace {
+
+constexpr std::size_t kMostKept = 256U << 20U;  // bytes of frames that are kept from one step for the next
 
 // Where the time goes.
 class StageClock {
@@ -120,24 +123,40 @@ PatchBand ResampleBand(BandFrames& band, const std::map<int, NoiseModel>& models
   return {std::move(patch.reflectance), std::move(patch.sigma)};
 }
 
-void Align(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches,
+void Align(std::vector<BandFrames>& bands, const std::vector<PatchBand>& patches,
            const CalibrationOptions& options) {
   std::vector<std::size_t> kept;
-  std::vector<PlaneF> reflectance;
-  std::vector<PlaneF> sigma;
   for (std::size_t i = 0; i < bands.size(); ++i) {
-    if (bands[i].record.dropped) continue;
-    kept.push_back(i);
-    reflectance.push_back(patches[i].reflectance);
-    sigma.push_back(patches[i].sigma);
+    if (!bands[i].record.dropped) kept.push_back(i);
   }
-  const auto found = AlignBands(reflectance, sigma, options.alignment);
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    BandCalibration& record = bands[kept[k]].record;
-    record.alignment = found[k];
-    if (!found[k].note.empty())
-      record.notes.push_back((found[k].clearly_off ? "left out: " : "") + found[k].note);
-    record.dropped = found[k].clearly_off;
+  // A band that lies elsewhere spoils what the others are held against: the farthest goes, the rest begins
+  // anew.
+  while (true) {
+    std::vector<PlaneF> reflectance, sigma;
+    std::vector<double> window_sigma_px;
+    for (const std::size_t i : kept) {
+      reflectance.push_back(patches[i].reflectance);
+      sigma.push_back(patches[i].sigma);
+      const Window& window = bands[i].record.windows[0];
+      window_sigma_px.push_back(window.edge_uncertainty_px * options.patch_px / window.smallest_side_px);
+    }
+    auto found = AlignBands(reflectance, sigma, window_sigma_px, options.alignment);
+    const auto off = [](const BandAlignment& a) { return a.clearly_off ? a.found_shift_px : 0.0; };
+    const auto farthest = std::max_element(found.begin(), found.end(),
+                                           [&](const auto& a, const auto& b) { return off(a) < off(b); });
+    // Of two bands nobody can say which lies elsewhere: both go.
+    const bool one_off = farthest != found.end() && farthest->clearly_off && kept.size() > 2;
+    const auto at = farthest - found.begin();
+    for (std::size_t k = 0; k < kept.size(); ++k) {
+      if (one_off && static_cast<std::ptrdiff_t>(k) != at) continue;
+      BandCalibration& record = bands[kept[k]].record;
+      record.alignment = std::move(found[k]);
+      const std::string& note = record.alignment.note;
+      if (!note.empty()) record.notes.push_back((record.alignment.clearly_off ? "left out: " : "") + note);
+      record.dropped = record.alignment.clearly_off;
+    }
+    if (!one_off) return;
+    kept.erase(kept.begin() + at);
   }
 }
 
@@ -166,15 +185,20 @@ CalibrationResult CalibrateFrames(const Session& session, const FrameReader& rea
   SignalOptions signals;
   signals.subtract_black = options.skip.count(Step::kBlack) == 0;
   signals.mask_hot = options.skip.count(Step::kHotPhotosites) == 0;
-  if (session.rig.optics.nonlinearity && options.skip.count(Step::kLinearity) == 0)
-    signals.nonlinearity = session.rig.optics.nonlinearity->value;
-  const BlackFrames blacks(session, read, signals);
+  BlackFrames blacks(session, read, signals);
   result.hot_share = blacks.hot_share();
   clock.Done("black");
   const SampledSpectrum certificate = ReadCertificate(session.rig);
-  const SessionContext context{session, read, blacks,
-                               GrayCardRegion(session.rig, blacks.sensor().width, blacks.sensor().height),
-                               options.skip};
+  const PixelRegion card = GrayCardRegion(session.rig, blacks.sensor().width, blacks.sensor().height);
+  KeptFrames kept(read, kMostKept);
+  result.linearity = FindLinearity(
+      session, [&](const FrameRecord& record) { return kept.Peek(record); }, blacks, card);
+  if (!result.linearity.warning.empty()) result.notes.push_back(result.linearity.warning);
+  if (result.linearity.used && options.skip.count(Step::kLinearity) == 0)
+    blacks.SetNonlinearity(result.linearity.used->value);
+  clock.Done("linearity");
+  const FrameReader take = [&](const FrameRecord& record) { return kept.Take(record); };
+  const SessionContext context{session, take, blacks, card, options.skip, result.linearity};
   Steps steps(3 * count, progress);
   std::vector<BandFrames> frames(bands.size());
   ParallelFor(count, [&](int i) {

@@ -11,6 +11,7 @@
 #include "calibrate/alignment.h"
 #include "calibrate/corrections.h"
 #include "calibrate/frames.h"
+#include "calibrate/linearity.h"
 #include "calibrate/resample.h"
 #include "calibrate/window.h"
 #include "common/core/progress.h"
@@ -67,6 +68,7 @@ struct CalibrationResult {
   std::vector<BandCalibration> bands;  // ascending wavelength, the dropped ones too
   std::map<int, NoiseModel> noise;     // by ISO
   NoiseCorrelation correlation;        // mean of the bands in the stack
+  Linearity linearity;
   double hot_share = 0.0;
   double pixel_size_sigma_mm = 0.0;
   double edge_mask_px = 0.0;

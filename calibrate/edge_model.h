@@ -33,16 +33,15 @@ struct EdgeShift {
 
 // Near an edge a photosite at the distance d inwards of it shows, blurred by the lens, `outside` for d < 0
 // and for d > 0
-//   inside (1 - sum_k w_k exp(-d / l_k) / 2) + across d + along u:
-// light that skin scatters sideways out of the lit half-plane is lost under the tape. The exact optics of the
-// layers give a loss of exp(-(d / l)^p) / 2, p = 0.68 +- 0.03, l depending on the band; such a function (any
-// p below 1) is a mixture of exponentials, of which two of fixed lengths and free shares do. Gaussians do
-// not: they are flat at the edge, where the loss is steepest. A free length would go to 0 on a target that
-// loses nothing, and leave the edge's place open. The shares w_k and the blur are common to the four edges,
-// the other levels to a stretch of
-// an edge. On a target without lateral transport the w_k come out as 0. Interpolating first would not do:
-// where a filter's light reaches one colour only, its lattice steps by two photosites, wider than the lens
-// blurs, and half-level points are off by up to half a photosite. nullopt where the fit fails or wanders off.
+//   inside (1 - w L(d / l) / 2) + across d + along u:
+// light that skin scatters sideways out of the lit half-plane is lost under the tape. By the exact optics of
+// the layers L(x) is exp(-x^p), p = 0.66 +- 0.05, with a length l of the band's own, 0.03 to 0.3 mm. Right at
+// the edge, by symmetry, half of the light that spreads is lost: w is 1, nearly; or 0, on a target without
+// lateral transport. Both are fitted, and the one that explains the photosites is taken: with a free share
+// the shortest lengths would pass for a shift of the edge. w, l and the blur are common to the four edges,
+// the other levels to a stretch of an edge. Interpolating first would not do: where a filter's light reaches
+// one colour only, its lattice steps by two photosites, wider than the lens blurs, and half-level points are
+// off by up to half a photosite. nullopt where the fit fails or wanders off.
 std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std::array<Edge, 4>& edges,
                                                  double window_mm);
 

@@ -8,6 +8,7 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "calibrate/linearity.h"
 #include "calibrate/statistics.h"
 #include "common/core/error.h"
 #include "common/core/parallel.h"
@@ -145,7 +146,13 @@ void CheckBlack(const FrameRecord& record, const BayerFrame& frame) {
 // The photosites of the same colour around a saturated one are clipped now and then: their means would be too
 // low.
 void MarkSaturated(const BayerFrame& frame, SignalFrame& out) {
-  const double limit = frame.white_level - kSaturationMarginDn;
+  const double level = SaturationLevel(frame, frame.white_level);
+  if (level < frame.white_level) {
+    out.notes.push_back(out.record.file + ": values stop at " + Short(level) +
+                        " DN, below the white level of " + Short(frame.white_level) +
+                        " DN that the file states: taken as saturated from there");
+  }
+  const double limit = level - kSaturationMarginDn;
   const int width = frame.values.width();
   const int height = frame.values.height();
   std::size_t count = 0;

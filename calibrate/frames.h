@@ -72,6 +72,8 @@ class BlackFrames {
   double hot_share() const;
   const std::vector<BlackReference>& levels() const { return levels_; }
   const SignalOptions& options() const { return options_; }
+  // For the frames that are read from now on.
+  void SetNonlinearity(double nonlinearity) { options_.nonlinearity = nonlinearity; }
   double FullScale(const BlackReference& level) const { return sensor_.white_level - level.level_dn; }
 
  private:

@@ -15,6 +15,7 @@ namespace {
 constexpr int kFewestSamples = 50;
 constexpr double kRoundingVariance = 1.0 / 12.0;  // of one step: no camera reads better
 constexpr int kReweightings = 5;
+constexpr double kVagueSlope = 0.25;  // one standard deviation, relative: points at one level tell no slope
 // Relative scatter of cameras' gains about the ratio of their ISO values.
 constexpr double kGainScatter = 0.03;
 
@@ -69,14 +70,12 @@ Line WeightedLine(const std::vector<PhotonTransferPoint>& points, const Line* ex
     rv += weight * p.reads * p.variance;
   }
   const double determinant = ss * rr - sr * sr;
-  Line line{0.0, 0.0, 0.0};
-  if (determinant > 1e-9 * ss * rr) {
-    line = {(sv * rr - rv * sr) / determinant, (rv * ss - sv * sr) / determinant, rr / determinant};
-  }
-  // All points at one level, or an offset below what rounding alone makes: the slope alone then.
-  if (determinant <= 1e-9 * ss * rr || line.offset < kRoundingVariance) {
-    line = {(sv - kRoundingVariance * sr) / ss, kRoundingVariance, 1.0 / ss};
-  }
+  const Line slope_alone{(sv - kRoundingVariance * sr) / ss, kRoundingVariance, 1.0 / ss};
+  if (!(determinant > 1e-9 * ss * rr)) return slope_alone;
+  const Line line{(sv * rr - rv * sr) / determinant, (rv * ss - sv * sr) / determinant, rr / determinant};
+  // All points at about one level (a sensor without filters), or an offset below what rounding alone makes.
+  const bool one_level = std::sqrt(line.slope_variance) > kVagueSlope * std::abs(slope_alone.slope);
+  if (one_level || line.offset < kRoundingVariance) return slope_alone;
   return line;
 }
 

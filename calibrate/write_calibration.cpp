@@ -115,6 +115,22 @@ class Pictures {
   json list_ = json::array();
 };
 
+json RecordOfLinearity(const Linearity& linearity) {
+  json record{{"used", nullptr}, {"used_sigma", nullptr}, {"measured", nullptr}, {"measured_sigma", nullptr}};
+  if (linearity.used) {
+    record["used"] = linearity.used->value;
+    record["used_sigma"] = linearity.used->sigma;
+  }
+  if (linearity.measured) {
+    record["measured"] = linearity.measured->nonlinearity.value;
+    record["measured_sigma"] = linearity.measured->nonlinearity.sigma;
+    record["points"] = linearity.measured->points;
+    record["chi2"] = linearity.measured->chi2;
+  }
+  record["note"] = linearity.note;
+  return record;
+}
+
 }  // namespace
 
 json CalibrationRecord(const CalibrationResult& result) {
@@ -123,6 +139,7 @@ json CalibrationRecord(const CalibrationResult& result) {
               {"pixel_size_mm", result.stack.pixel_size_mm.value_or(0.0)},
               {"pixel_size_sigma_mm", result.pixel_size_sigma_mm},
               {"hot_photosites_share", result.hot_share},
+              {"linearity", RecordOfLinearity(result.linearity)},
               {"bands", json::array()},
               {"noise", json::array()},
               {"correlation", RecordOfMeanCorrelation(result.correlation)},

@@ -123,6 +123,31 @@ std::string ColourSection(const ReportContext& context) {
   return Section("colour", "In colour", lead, Grid(figures, 3));
 }
 
+namespace {
+
+// A line for each step, a column for each band.
+std::string StepsTable(const CalibrationRecord& record) {
+  std::vector<std::vector<std::string>> rows{{"step"}};
+  for (const CalibratedBand& band : record.bands) {
+    rows[0].push_back(EscapeHtml(band.wavelength_nm) + " nm");
+    for (std::size_t i = 0; i < band.steps.size(); ++i) {
+      if (rows.size() <= i + 1) rows.push_back({EscapeHtml(band.steps[i].step)});
+      rows[i + 1].resize(rows[0].size() - 1);
+      rows[i + 1].push_back(EscapeHtml(band.steps[i].change));
+    }
+  }
+  if (rows.size() == 1) return {};
+  rows.push_back({"all together"});
+  for (const CalibratedBand& band : record.bands)
+    rows.back().push_back("\u00b1 " + EscapeHtml(band.systematic_sigma));
+  return "<h3>What each step did</h3>\n<p class=\"note\">Change of the reflectance, and one standard "
+         "deviation "
+         "that the step leaves, common to all pixels.</p>\n" +
+         DrawTable(rows);
+}
+
+}  // namespace
+
 std::string CapturedSection(const ReportContext& context) {
   const CalibrationRecord& record = context.calibration;
   const std::string heading = "Captured bands";
@@ -146,7 +171,7 @@ std::string CapturedSection(const ReportContext& context) {
                       EscapeHtml(band.median_noise), EscapeHtml(band.saturated_share),
                       EscapeHtml(band.notes)});
     }
-    body += "<h3>Calibration</h3>\n" + DrawTable(rows);
+    body += "<h3>Calibration</h3>\n" + DrawTable(rows) + StepsTable(record);
   }
   if (!record.notes.empty()) body += "<p class=\"note\">" + EscapeHtml(record.notes) + "</p>\n";
   if (!record.correlation.empty()) body += "<p class=\"note\">" + EscapeHtml(record.correlation) + "</p>\n";

@@ -39,6 +39,19 @@ std::string ShareOf(const json& object, const char* key) {
   return Percent(found->get<double>(), 3);
 }
 
+CalibrationStep ReadStep(const json& step) {
+  CalibrationStep result{TextOf(step, "step"), {}};
+  const std::string note = TextOf(step, "note");
+  const auto applied = step.find("applied");
+  if (applied == step.end() || !applied->is_boolean() || !applied->get<bool>()) {
+    result.change = "no: " + note;
+    return result;
+  }
+  result.change = ShareOf(step, "effect") + " \u00b1 " + ShareOf(step, "sigma");
+  if (!note.empty()) result.change += " (" + note + ")";
+  return result;
+}
+
 CalibratedBand ReadBand(const json& band) {
   CalibratedBand result;
   result.wavelength_nm = TextOf(band, "wavelength_nm");
@@ -48,6 +61,12 @@ CalibratedBand ReadBand(const json& band) {
   result.median_noise = TextOf(band, "median_noise");
   result.saturated_share = ShareOf(band, "saturated_share");
   result.notes = TextOf(band, "notes");
+  result.systematic_sigma = ShareOf(band, "systematic_sigma");
+  if (band.contains("steps") && band["steps"].is_array()) {
+    for (const json& step : band["steps"]) {
+      if (step.is_object()) result.steps.push_back(ReadStep(step));
+    }
+  }
   return result;
 }
 

@@ -10,8 +10,15 @@
 
 namespace dermap {
 
+struct CalibrationStep {
+  std::string step;
+  std::string change;  // of the reflectance, with its standard deviation; or why it was not done
+};
+
 struct CalibratedBand {  // as text for people; empty where the record says nothing
   std::string wavelength_nm, frame, gray_card_drift, alignment_shift_px, median_noise, saturated_share, notes;
+  std::string systematic_sigma;
+  std::vector<CalibrationStep> steps;
 };
 
 struct CalibrationPicture {

@@ -4,10 +4,10 @@
 
 #include <cstdint>
 #include <filesystem>
-#include <string>
 #include <vector>
 
 #include "common/core/progress.h"
+#include "studies/calibration_rig.h"
 
 namespace dermap {
 
@@ -16,24 +16,11 @@ struct CalibrationStudyOptions {
   std::uint64_t seed = 1;
 };
 
-// One random rig: what was drawn, and what its calibration came to.
-struct CalibrationStudyRig {
-  std::uint64_t seed = 0;
-  double flash_drift = 0, vignetting = 0, unevenness = 0, tilt_deg = 0, motion_mm = 0, rotation_deg = 0,
-         stretch = 0, exposure = 0, blur_px = 0;
-  // Patches of 0.02 to 0.95 in two bands: largest error of a patch's mean, reflectance.
-  double bias = 0;
-  double bias_mid_gray = 0;  // the same of the patches of 0.18 and 0.5
-  // Skin: mean square of (measured - truth) / sigma over the valid pixels of all bands, the truth as a pixel
-  // of the stack averages it (blur_px of the record); and against the truth itself.
-  double chi2_per_dof = 0;
-  double chi2_sharp = 0;
-  // Root mean square of a band's place against the mean of all bands, worst band, patch pixels.
-  double alignment_error_px = 0;
-  double window_error_px = 0;  // the same against the truth, mean of the bands
-  int dropped_bands = 0;
-  std::string failure;  // an error in place of a calibration; else empty
-};
+inline constexpr double kBiasLimit = 0.002;
+inline constexpr double kMidGrayLimit = 0.001;
+inline constexpr double kChi2Low = 0.9;
+inline constexpr double kChi2High = 1.1;
+inline constexpr double kAlignmentLimit_px = 0.1;
 
 struct MedianAndWorst {
   double median = 0, worst = 0;
@@ -45,11 +32,14 @@ struct CalibrationStudy {
   MedianAndWorst bias, bias_mid_gray, chi2_per_dof, chi2_sharp, alignment_error_px, window_error_px,
       dropped_bands;
   int failures = 0;
-  double seconds = 0;
-  bool Holds() const;  // within the limits that the calibration is held to
+  int resumed = 0;                            // rigs taken over from an earlier run
+  int within_chi2 = 0, within_alignment = 0;  // rigs within the limits
+  bool Holds() const;                         // within the limits that the calibration is held to
 };
 
-CalibrationStudy RunCalibrationStudy(const CalibrationStudyOptions& options,
+// A run into a folder with a journal of the same seed goes on where it was.
+CalibrationStudy RunCalibrationStudy(const std::filesystem::path& folder,
+                                     const CalibrationStudyOptions& options,
                                      const ProgressFunction& progress);
 
 // calibration.json and calibration.csv, a line a rig; together or not at all.

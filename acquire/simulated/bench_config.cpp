@@ -64,6 +64,7 @@ void ReadSubject(TomlTable& t, BenchConfig& c) {
   c.motion_rotation_deg = t.Number("motion_rotation_deg", c.motion_rotation_deg, 0.0, 10.0);
   c.stretch = t.Number("stretch", c.stretch, 0.0, 0.1);
   c.stretch_mm = t.Number("stretch_mm", c.stretch_mm, 0.0, 1.0);
+  c.second_window_mm = t.Number("second_window_mm", c.second_window_mm, 0.0, 20.0);
   c.corner_radius_mm = t.Number("corner_radius_mm", c.corner_radius_mm, 0.0, 5.0);
   c.fray_mm = t.Number("fray_mm", c.fray_mm, 0.0, 2.0);
   c.hairs = t.Integer("hairs", c.hairs, 0, 1000);

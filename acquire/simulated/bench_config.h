@@ -42,6 +42,7 @@ struct BenchConfig {
   double stretch_mm = 0.0;  // largest shift of the window's middle against its border
   double tape_reflectance = 0.03;
   double tape_texture = 0.15;     // relative standard deviation
+  double second_window_mm = 0.0;  // side of another square cut, 1 mm to the right of the window; 0: none
   double corner_radius_mm = 0.0;  // of the window's cut
   double fray_mm = 0.0;           // how far fibres of the tape reach into the window
   int hairs = 0;                  // dark lines across the window and the tape

@@ -14,12 +14,14 @@ namespace {
 constexpr double kFibresPerSide = 6;
 constexpr double kFibreWidth_mm = 0.12;
 constexpr double kHairLight = 0.15;   // share of the light that a hair lets through or sends back
+constexpr double kGap_mm = 1;         // between two windows
 constexpr double kShadowEdge_mm = 1;  // width of the shadow's soft edge
 
 }  // namespace
 
 WindowDirt::WindowDirt(const BenchConfig& config, double window_mm, std::uint64_t seed)
     : window_mm_(window_mm),
+      second_mm_(config.second_window_mm),
       corner_mm_(config.corner_radius_mm),
       half_hair_mm_(0.5 * config.hair_mm),
       shadow_(config.shadow) {
@@ -38,6 +40,8 @@ WindowDirt::WindowDirt(const BenchConfig& config, double window_mm, std::uint64_
 }
 
 bool WindowDirt::InWindow(Point2 p) const noexcept {
+  const double beyond = p.x - window_mm_ - kGap_mm;
+  if (beyond > 0.0 && beyond < second_mm_ && p.y > 0.0 && p.y < second_mm_) return true;
   if (!(p.x >= 0.0 && p.x < window_mm_ && p.y >= 0.0 && p.y < window_mm_)) return false;
   if (corner_mm_ > 0.0) {
     const double dx = std::max({corner_mm_ - p.x, p.x - (window_mm_ - corner_mm_), 0.0});

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What makes a real window less than a clean square of light: a cut with round corners and frayed edges,
-// hairs, a shadow. Positions are in mm from the window's top left corner.
+// hairs, a shadow; or another cut beside it. Positions are in mm from the window's top left corner.
 #pragma once
 
 #include <cstdint>
@@ -26,7 +26,7 @@ class WindowDirt {
   struct Hair {
     double nx, ny, distance_mm;  // line nx x + ny y = distance
   };
-  double window_mm_, corner_mm_, half_hair_mm_, shadow_;
+  double window_mm_, second_mm_, corner_mm_, half_hair_mm_, shadow_;
   std::vector<Fibre> fibres_;
   std::vector<Hair> hairs_;
 };

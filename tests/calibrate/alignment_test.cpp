@@ -71,7 +71,7 @@ TEST(AlignBands, RecoversShiftsOfATenthToAWholePixel) {
   const std::vector<std::array<double, 2>> shifts{{0.1, 0.0}, {-0.3, 0.2},  {0.5, -0.7},
                                                   {0.0, 1.0}, {-1.0, -0.2}, {0, 0}};
   const Stack stack = ShiftedBands(shifts, 0.006);
-  const auto bands = AlignBands(stack.reflectance, stack.noise, {});
+  const auto bands = AlignBands(stack.reflectance, stack.noise, {}, {});
   double mean_x = 0, mean_y = 0;
   for (const auto& s : shifts) mean_x += s[0] / 6, mean_y += s[1] / 6;
   for (std::size_t b = 0; b < shifts.size(); ++b) {
@@ -85,7 +85,7 @@ TEST(AlignBands, RecoversShiftsOfATenthToAWholePixel) {
 // Two bands must meet in the middle, not swap places.
 TEST(AlignBands, MovesTwoBandsHalfWayEach) {
   const Stack stack = ShiftedBands({{0.6, 0.0}, {-0.6, 0.0}}, 0.006);
-  const auto bands = AlignBands(stack.reflectance, stack.noise, {});
+  const auto bands = AlignBands(stack.reflectance, stack.noise, {}, {});
   EXPECT_NEAR(bands[0].dx_px, 0.6, 0.1);
   EXPECT_NEAR(bands[1].dx_px, -0.6, 0.1);
 }
@@ -93,7 +93,7 @@ TEST(AlignBands, MovesTwoBandsHalfWayEach) {
 // By definition: noise has no structure to align by, and the window's own alignment stays.
 TEST(AlignBands, LeavesBandsWithoutStructureAlone) {
   const Stack stack = ShiftedBands({{0.5, 0}, {0, 0}, {0, 0.5}}, 0.01, 0.0);
-  for (const auto& band : AlignBands(stack.reflectance, stack.noise, {})) {
+  for (const auto& band : AlignBands(stack.reflectance, stack.noise, {}, {})) {
     EXPECT_FALSE(band.applied);
     EXPECT_FALSE(band.clearly_off);
     EXPECT_EQ(band.dx_px, 0.0);
@@ -104,7 +104,7 @@ TEST(AlignBands, LeavesBandsWithoutStructureAlone) {
 // A band that is sharply, surely elsewhere is reported as such.
 TEST(AlignBands, NamesABandThatIsClearlyOff) {
   const Stack stack = ShiftedBands({{0, 0}, {0, 0}, {5.0, 0}, {0, 0}, {0, 0}, {0, 0}}, 0.006);
-  const auto bands = AlignBands(stack.reflectance, stack.noise, {});
+  const auto bands = AlignBands(stack.reflectance, stack.noise, {}, {});
   EXPECT_TRUE(bands[2].clearly_off) << bands[2].note;
   EXPECT_FALSE(bands[0].clearly_off);
 }
@@ -127,7 +127,7 @@ TEST(AlignBands, FollowsSkinThatStretches) {
       stack.reflectance[2](x, y) = static_cast<float>(r) * (1.0f + 0.006f * normal(random));
     }
   }
-  const auto bands = AlignBands(stack.reflectance, stack.noise, {});
+  const auto bands = AlignBands(stack.reflectance, stack.noise, {}, {});
   double worst = 0.0;
   for (int i = 1; i < 8; ++i) {
     for (int j = 1; j < 8; ++j) {
@@ -158,7 +158,7 @@ TEST(AlignBands, KnowsItsUncertainty) {
         stack.reflectance[b].data()[i] += stack.noise[b].data()[i] * normal(random);
       }
     }
-    for (const auto& band : AlignBands(stack.reflectance, stack.noise, {})) {
+    for (const auto& band : AlignBands(stack.reflectance, stack.noise, {}, {})) {
       sum += (band.dx_px * band.dx_px + band.dy_px * band.dy_px) / (2 * 6 * kTrials);
       expected += band.uncertainty_px * band.uncertainty_px / (6 * kTrials);
     }

@@ -48,7 +48,7 @@ double WorstCornerWith(const std::function<void(BenchConfig&)>& change, const ch
   simulated.session().rig.optics.distortion_k1 = simulated.bench().scene().bench.distortion_k1;
   const FrameReader read = simulated.Reader();
   const BlackFrames blacks(simulated.session(), read);
-  const SessionContext context{simulated.session(), read, blacks, {384, 90, 68, 180}, {}};
+  const SessionContext context{simulated.session(), read, blacks, {384, 90, 68, 180}, {}, {}};
   const BandFrames frames = PrepareBand(context, BandsOfSession(simulated.session())[0], {0.99, 0.0});
   const Lens& lens = frames.skins[0].mosaic.lens;
   const auto record = simulated.Frames(FrameRole::kSkin).at(0);

@@ -128,7 +128,9 @@ TEST(Report, ShowsTheCalibrationRecord) {
   folder.Write("stack.calibration.json",
                R"({"session": "arm-01", "bands": [{"wavelength_nm": 450.0, "frame": "frames/7.dng",
     "gray_card_drift": 1.0123, "alignment_shift_px": [0.25, -0.5], "median_noise": 0.0041, "saturated_share": 0.02,
-    "notes": ["one", "two"]}], "pictures": [{"title": "As captured, 450 nm", "file": "stack.calibration/a.png"},
+    "notes": ["one", "two"], "systematic_sigma": 0.005, "steps": [
+    {"step": "flash-drift", "applied": true, "effect": -0.0172, "sigma": 0.00014, "note": ""},
+    {"step": "gel", "applied": false, "effect": 0.0, "sigma": 0.0, "note": "the rig states none"}]}], "pictures": [{"title": "As captured, 450 nm", "file": "stack.calibration/a.png"},
     {"title": "Stray", "file": "../../etc/passwd"}, {"title": "Lost", "file": "lost.png"}]})");
   EXPECT_EQ(CalibrationSidecar(folder / "other.exr"), std::nullopt);
   ReportInput input = InputFor(sample.fit);
@@ -136,7 +138,8 @@ TEST(Report, ShowsTheCalibrationRecord) {
   ASSERT_TRUE(input.calibration.has_value());
   const std::string html = Written(input), text = VisibleText(html);
   for (const char* words : {"arm-01", "frames/7.dng", "1.01", "0.25, -0.5", "0.0041", "2 %", "one; two",
-                            "As captured, 450 nm", "outside its folder", "lost.png"}) {
+                            "As captured, 450 nm", "outside its folder", "lost.png", "flash-drift",
+                            "-1.72 % \u00b1 0.014 %", "no: the rig states none", "\u00b1 0.5 %"}) {
     EXPECT_THAT(text, HasSubstr(words));
   }
   const auto png = ReadBinaryFile(folder / "stack.calibration" / "a.png");

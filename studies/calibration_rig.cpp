@@ -1,0 +1,191 @@
+// SPDX-License-Identifier: Apache-2.0
+// What is drawn of a rig, and its two sessions: patches of known reflectance, and skin.
+#include "studies/calibration_rig.h"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "acquire/schedule.h"
+#include "acquire/simulated/dng_writer.h"
+#include "acquire/simulated/optical_bench.h"
+#include "acquire/simulated/random_field.h"
+#include "calibrate/calibrate.h"
+#include "common/core/error.h"
+#include "studies/calibration_judge.h"
+
+namespace dermap {
+namespace {
+
+// Four rows of four; those darker than tape lie inside, since beside tape they would have no edge.
+const std::vector<double> kPatches{0.50, 0.35, 0.80, 0.18, 0.95, 0.02, 0.10, 0.50,
+                                   0.18, 0.06, 0.30, 0.80, 0.35, 0.95, 0.50, 0.18};
+
+double Between(std::mt19937_64& random, double low, double high) {
+  return low + (high - low) * Uniform(random);
+}
+
+RigConfig WithBands(RigConfig rig, const std::vector<double>& wavelengths_nm) {
+  std::erase_if(rig.slots, [&](const WheelSlot& slot) {
+    return !slot.opaque && std::find(wavelengths_nm.begin(), wavelengths_nm.end(), slot.wavelength_nm) ==
+                               wavelengths_nm.end();
+  });
+  return rig;
+}
+
+// The rig's bench and the numbers to be recorded; `rig` gets what its owner would have measured.
+BenchConfig DrawBench(std::mt19937_64& random, CalibrationStudyRig& drawn, RigConfig& rig) {
+  BenchConfig bench;
+  bench.flash_drift = drawn.flash_drift = Between(random, 0.0, 0.05);
+  bench.vignetting = drawn.vignetting = Between(random, 0.05, 0.4);
+  bench.flash_unevenness = drawn.unevenness = Between(random, 0.0, 0.2);
+  bench.motion_shift_mm = drawn.motion_mm = Between(random, 0.0, 1.5);
+  bench.motion_rotation_deg = drawn.rotation_deg = Between(random, 0.0, 3.0);
+  bench.stretch = drawn.stretch = Between(random, 0.0, 0.005);
+  bench.stretch_mm = Between(random, 0.0, 0.015);
+  bench.psf_sigma_px = drawn.blur_px = Between(random, 0.4, 0.9);
+  drawn.exposure = Between(random, 0.5, 1.0);
+  bench.white_electrons *= drawn.exposure;
+  bench.nonlinearity = Between(random, -0.01, 0.01);
+  bench.distortion_k1 = Between(random, -0.01, 0.01);
+  bench.polarizer_sign = Uniform(random) < 0.5 ? -1 : 1;
+  // At a scale at which the window stays within the frame and off the card, however far the subject moves.
+  bench.scale_px_per_mm = Between(random, 30.0, 33.0);
+  bench.window_center_px = {Between(random, 174.0, 182.0), Between(random, 174.0, 185.0)};
+  rig.view_angle_deg = drawn.tilt_deg = Between(random, 27.0, 33.0);
+  rig.optics.nonlinearity.reset();
+  rig.optics.distortion_k1 = bench.distortion_k1;
+  rig.optics.polarization = PolarizationConfig{};
+  rig.optics.polarization->sign = bench.polarizer_sign;
+  drawn.nonlinearity_stated = Uniform(random) < 0.5;
+  if (drawn.nonlinearity_stated) rig.optics.nonlinearity = Known{bench.nonlinearity, 0.0005};
+  return bench;
+}
+
+Session SessionOf(const RigConfig& rig, const PlanConfig& standard) {
+  Session session;
+  session.rig = rig;
+  session.plan = standard;
+  std::erase_if(session.plan.exposures, [&](const auto& e) { return FindSlot(rig, e.slot) == nullptr; });
+  session.directory = "study";
+  session.complete = true;
+  session.frames = MakeSchedule(session.rig, session.plan);
+  for (FrameRecord& record : session.frames) record.file = FrameFileName(record, ".dng");
+  return session;
+}
+
+CalibrationResult Calibrate(const OpticalBench& bench, const Session& session) {
+  const FrameReader read = [&](const FrameRecord& record) {
+    BayerFrame frame;
+    frame.values = bench.Expose(ShotOf(record));
+    frame.colours = {'R', 'G', 'G', 'B'};
+    frame.black_level = bench.scene().bench.black_level_dn;
+    frame.white_level = kDngWhiteLevel;
+    return frame;
+  };
+  return CalibrateFrames(session, read, {});
+}
+
+}  // namespace
+
+struct CalibrationStage::Parts {
+  RigConfig skin_rig, patch_rig;
+  PlanConfig plan;
+  Scene skin, patches;
+  PatchReflectance skin_patch;
+  Parts();
+};
+
+CalibrationStage::Parts::Parts() {
+  const RigConfig rig = ReadRig(ConfigDirectory() / "rigs/simulated_8band.toml");
+  skin_rig = WithBands(rig, {450, 540, 580, 650});
+  patch_rig = WithBands(rig, {480, 610});
+  plan = ReadPlan(ConfigDirectory() / "plans/standard.toml");
+  skin = ReadScene(ConfigDirectory() / "scenes/light_freckles.toml", rig.window_mm);
+  patches = ReadScene(ConfigDirectory() / "scenes/gray_50.toml", rig.window_mm);
+  patches.pattern = TestPattern{};
+  patches.pattern->kind = TestPattern::Kind::kSteps;
+  patches.pattern->values = kPatches;
+  skin_patch = RenderPatch(skin, skin_rig, {});
+}
+
+CalibrationStage::CalibrationStage() = default;
+CalibrationStage::~CalibrationStage() = default;
+
+CalibrationStudyRig CalibrationStage::Run(std::uint64_t seed, int number) {
+  if (!parts_) parts_ = std::make_unique<Parts>();
+  const Parts& stage = *parts_;
+  CalibrationStudyRig rig;
+  auto random = RandomStream(seed, "calibration study", static_cast<std::uint64_t>(number));
+  RigConfig skin_rig = stage.skin_rig;
+  const BenchConfig bench_config = DrawBench(random, rig, skin_rig);
+  rig.seed = random() & 0x7FFFFFFF;
+  RigConfig patch_rig = stage.patch_rig;
+  patch_rig.optics = skin_rig.optics;
+  patch_rig.view_angle_deg = skin_rig.view_angle_deg;
+  try {
+    Scene patches = stage.patches;
+    patches.bench = bench_config;
+    patches.seed = rig.seed;
+    const OpticalBench patch_bench(patch_rig, patches);
+    JudgePatches(Calibrate(patch_bench, SessionOf(patch_rig, stage.plan)), kPatches, rig);
+    Scene skin = stage.skin;
+    skin.bench = bench_config;
+    skin.seed = rig.seed;
+    const OpticalBench skin_bench(skin_rig, skin, stage.skin_patch);
+    const Session session = SessionOf(skin_rig, stage.plan);
+    const CalibrationResult result = Calibrate(skin_bench, session);
+    JudgeSkin(stage.skin_patch.Mean(), stage.skin_patch.bands, result, rig);
+    JudgeAlignment(skin_bench, session, result, rig);
+  } catch (const Error& error) {
+    rig.failure = error.what();
+  }
+  return rig;
+}
+
+nlohmann::json ToJson(const CalibrationStudyRig& r) {
+  return {{"seed", r.seed},
+          {"flash_drift", r.flash_drift},
+          {"vignetting", r.vignetting},
+          {"unevenness", r.unevenness},
+          {"tilt_deg", r.tilt_deg},
+          {"motion_mm", r.motion_mm},
+          {"rotation_deg", r.rotation_deg},
+          {"stretch", r.stretch},
+          {"exposure", r.exposure},
+          {"blur_px", r.blur_px},
+          {"nonlinearity_stated", r.nonlinearity_stated},
+          {"bias", r.bias},
+          {"bias_mid_gray", r.bias_mid_gray},
+          {"chi2_per_dof", r.chi2_per_dof},
+          {"chi2_sharp", r.chi2_sharp},
+          {"alignment_error_px", r.alignment_error_px},
+          {"window_error_px", r.window_error_px},
+          {"dropped_bands", r.dropped_bands},
+          {"failure", r.failure}};
+}
+
+CalibrationStudyRig CalibrationStudyRigFromJson(const nlohmann::json& j) {
+  CalibrationStudyRig r;
+  j.at("seed").get_to(r.seed);
+  j.at("flash_drift").get_to(r.flash_drift);
+  j.at("vignetting").get_to(r.vignetting);
+  j.at("unevenness").get_to(r.unevenness);
+  j.at("tilt_deg").get_to(r.tilt_deg);
+  j.at("motion_mm").get_to(r.motion_mm);
+  j.at("rotation_deg").get_to(r.rotation_deg);
+  j.at("stretch").get_to(r.stretch);
+  j.at("exposure").get_to(r.exposure);
+  j.at("blur_px").get_to(r.blur_px);
+  j.at("nonlinearity_stated").get_to(r.nonlinearity_stated);
+  j.at("bias").get_to(r.bias);
+  j.at("bias_mid_gray").get_to(r.bias_mid_gray);
+  j.at("chi2_per_dof").get_to(r.chi2_per_dof);
+  j.at("chi2_sharp").get_to(r.chi2_sharp);
+  j.at("alignment_error_px").get_to(r.alignment_error_px);
+  j.at("window_error_px").get_to(r.window_error_px);
+  j.at("dropped_bands").get_to(r.dropped_bands);
+  j.at("failure").get_to(r.failure);
+  return r;
+}
+
+}  // namespace dermap

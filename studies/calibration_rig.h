@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+// One random rig of the study of the calibration: drawn, captured on the optical bench, calibrated, judged.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <string>
+
+namespace dermap {
+
+// One random rig: what was drawn, and what its calibration came to.
+struct CalibrationStudyRig {
+  std::uint64_t seed = 0;
+  double flash_drift = 0, vignetting = 0, unevenness = 0, tilt_deg = 0, motion_mm = 0, rotation_deg = 0,
+         stretch = 0, exposure = 0, blur_px = 0;
+  bool nonlinearity_stated = false;  // by the rig; else it is left to the session's own frames
+  // Patches of 0.02 to 0.95 in two bands: largest error of a patch's mean, reflectance.
+  double bias = 0;
+  double bias_mid_gray = 0;  // the same of the patches of 0.18 and 0.5
+  // Skin: mean square of (measured - truth) / sigma over the valid pixels of all bands, the truth as a pixel
+  // of the stack averages it (blur_px of the record); and against the truth itself.
+  double chi2_per_dof = 0;
+  double chi2_sharp = 0;
+  // Root mean square of a band's place against the mean of all bands, worst band, patch pixels.
+  double alignment_error_px = 0;
+  double window_error_px = 0;  // the same against the truth, mean of the bands
+  int dropped_bands = 0;
+  std::string failure;  // an error in place of a calibration; else empty
+};
+
+nlohmann::json ToJson(const CalibrationStudyRig& rig);
+CalibrationStudyRig CalibrationStudyRigFromJson(const nlohmann::json& json);
+
+// What all rigs share: the filters, the patches, and skin rendered once, when it is first asked for.
+class CalibrationStage {
+ public:
+  CalibrationStage();
+  ~CalibrationStage();
+  // Everything random follows from the study's seed and the rig's number, so any rig can be run alone.
+  CalibrationStudyRig Run(std::uint64_t seed, int number);
+
+ private:
+  struct Parts;
+  std::unique_ptr<Parts> parts_;
+};
+
+}  // namespace dermap
