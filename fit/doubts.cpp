@@ -24,12 +24,14 @@ bool Doubt::IsGross() const {
 
 void Doubts::CheckThickness(const PatchProblem& problem, const FitState& state, const DetailView& detail,
                             const SkinPoint& fixed, std::string_view profiles) {
+  if (problem.data().band_count() <= kUnknownCount) return;
   thickness_ = CheckAssumption(Assumption::kThickness, AnswerToThickness(problem, state, profiles), problem,
                                state, detail, fixed);
   thickness_of_ = problem.space().free();
 }
 
 void Doubts::SettleThickness(const PatchProblem& problem, const FitState& state, double evidence) {
+  if (thickness_of_.empty()) return;
   AssumptionCheck check = std::move(thickness_);
   std::vector<PlaneF> maps;
   for (const Parameter p : problem.space().free()) {
@@ -44,7 +46,8 @@ void Doubts::CheckPixelSize(const PatchProblem& problem, const FitState& state, 
                             const SkinPoint& fixed) {
   // Black tape bounds the light, and its size is how large a pixel is known to be; how light falls off beside
   // it is not known well enough to say it again.
-  if (problem.model().conditions().tape == Tape::kBlack) return;
+  if (problem.model().conditions().tape == Tape::kBlack || problem.data().band_count() <= kUnknownCount)
+    return;
   Add(problem, state,
       CheckAssumption(Assumption::kPixelSize, AnswerToPixelSize(problem, state), problem, state, detail,
                       fixed),
@@ -76,7 +79,17 @@ bool Doubts::IsAny() const {
 }
 
 void Doubts::AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const {
-  for (const Doubt& doubt : doubts_)
+  AddTo(free, 1.0, variance);
+}
+
+void Doubts::AddUnlikelyTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const {
+  AddTo(free, kLikely, variance);
+}
+
+void Doubts::AddTo(const std::vector<Parameter>& free, double most_likely,
+                   std::vector<PlaneF>& variance) const {
+  for (const Doubt& doubt : doubts_) {
+    if (doubt.probability > most_likely) continue;
     for (std::size_t k = 0; k < doubt.of.size(); ++k) {
       const auto j =
           static_cast<std::size_t>(std::find(free.begin(), free.end(), doubt.of[k]) - free.begin());
@@ -88,6 +101,7 @@ void Doubts::AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& vari
       square = ResizeLinear(square, variance[j].width(), variance[j].height());
       for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];
     }
+  }
 }
 
 double JunctionEvidence(const std::vector<Candidate>& candidates) {

@@ -21,6 +21,7 @@ struct Doubt {
   bool IsGross() const;
 };
 
+// With no more bands than unknowns nothing is left that could speak against anything, and nothing is doubted.
 class Doubts {
  public:
   // At the coarsest size, before anything else is made of what a wrong thickness leaves: a band's gain, or
@@ -34,11 +35,16 @@ class Doubts {
 
   const std::vector<Doubt>& all() const { return doubts_; }
   bool IsAny() const;
+  // Above kLikely it is said, and counts against the fit.
+  static constexpr double kLikely = 0.9;
   // The squares of the shifts, by the root of how likely the data make them. `variance`: of each free
   // parameter, scaled units.
   void AddTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const;
+  // Those that are not likely alone.
+  void AddUnlikelyTo(const std::vector<Parameter>& free, std::vector<PlaneF>& variance) const;
 
  private:
+  void AddTo(const std::vector<Parameter>& free, double most_likely, std::vector<PlaneF>& variance) const;
   void Add(const PatchProblem& problem, const FitState& state, const AssumptionCheck& check, double evidence);
 
   std::vector<Doubt> doubts_;

@@ -23,8 +23,8 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
-constexpr double kMostOpen = 0.5;          // share of the pixels that may leave a free parameter open
-constexpr double kUnsettled = 1.5;         // chi2 a datum above which more is freed than was chosen
+constexpr double kMostOpen = 0.2;          // share of the pixels that may leave a free parameter open
+constexpr double kUnsettled = 1.25;        // chi2 a datum above which more is freed than was chosen
 constexpr double kSettled = 0.8;           // of chi2, at most, must stay for that
 constexpr int kCheckedSize = 64;           // pixels along the longer side, at which the pixels' is doubted
 constexpr int kMostSuspicions = 3;         // corrections of a band's gain, each a smaller one
@@ -173,7 +173,7 @@ class CoarseToFine {
     while (outcome_.free.size() > 1 && HoldUnidentified(data, model, first)) continue;
   }
 
-  // What the evidence frees, though most pixels leave it open to half of its range, makes no map: it is held
+  // What the evidence frees, though many pixels leave it open to half of its range, makes no map: it is held
   // at its fixed value, and sigma of the others holds how far it may be off. Whether there was one.
   bool HoldUnidentified(const FitData& data, const ForwardModel& model, int first) {
     PatchProblem problem(data, model, ParameterSpace(outcome_.free));

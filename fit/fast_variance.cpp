@@ -107,10 +107,12 @@ std::vector<PlaneF> FastVariance::OfNoise(const PatchProblem& problem, const Fas
   const bool held = IsAnyHeld(outcome);
   DetailModel quiet = held ? DetailOfAll(outcome, first) : outcome.detail;
   std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
-  if (held) return WithAll(problem, outcome, std::move(quiet), first);
-  return SolveInOctaves(problem, LineariseInOctaves(problem, outcome.state), ViewFrom(quiet, first),
-                        outcome.fixed)
-      .variance;
+  std::vector<PlaneF> variance = held ? WithAll(problem, outcome, std::move(quiet), first)
+                                      : SolveInOctaves(problem, LineariseInOctaves(problem, outcome.state),
+                                                       ViewFrom(quiet, first), outcome.fixed)
+                                            .variance;
+  outcome.doubts.AddUnlikelyTo(outcome.free, variance);
+  return variance;
 }
 
 }  // namespace dermap

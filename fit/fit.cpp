@@ -26,7 +26,6 @@
 namespace dermap {
 namespace {
 
-constexpr double kLikely = 0.9;
 constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
 
 // What a method leaves behind.
@@ -108,7 +107,7 @@ void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
   if (!chosen.absent.empty()) sentence += "; absent: " + NamesOf(chosen.absent);
   log.Decide(sentence + ".");
   if (!fast.unidentified.empty())
-    log.Decide("Most pixels leave open what they say of " + NamesOf(fast.unidentified) +
+    log.Decide("Too many pixels leave open what they say of " + NamesOf(fast.unidentified) +
                ": held at average skin's value.");
   if (LacksBands(fast.candidates, band_count))
     log.Decide(
@@ -146,7 +145,7 @@ Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make
         data.bands[fast.suspect->band].wavelength_nm, 100.0 * std::abs(fast.suspect->gain_error),
         fast.suspect->gain_error > 0.0 ? "bright" : "dark"));
   for (const Doubt& doubt : fast.doubts.all())
-    if (doubt.probability > kLikely)
+    if (doubt.probability > Doubts::kLikely)
       log.Decide(Format(
           doubt.assumption == Assumption::kPixelSize
               ? "Detail is blurred as if pixels were %.2f times the size told (give or take %.0f %%): is "

@@ -64,7 +64,9 @@ Calibration Calibrate(const FastOutcome& fit, const ParameterSpace& space, int j
 
 // The errors of a patch hang together over its width, so one patch holds few independent ones of its coarse
 // octaves: hence the wide limits here; over many patches the studies narrow them. Where the data hardly reach
-// (deep blood) sigma is the prior's guess, which this smooth scene stays far below.
+// (deep blood) sigma is the prior's guess, which this smooth scene stays far below. Nor has it the error of
+// tables and calibration that every patch's mean is held to (kSharedError), since scene and fit share a model:
+// hence the low limit of what is known best.
 TEST(Fast, ErrorBarsHoldTheTruth) {
   for (const double melanin : {0.03, 0.15}) {
     Scene scene(melanin);
@@ -75,7 +77,7 @@ TEST(Fast, ErrorBarsHoldTheTruth) {
       const Calibration z = Calibrate(fit, space, j, scene.truth);
       const auto name = InfoOf(space.parameter(j)).name;
       if (space.parameter(j) == Parameter::kC_m || space.parameter(j) == Parameter::kBeta_m) {
-        EXPECT_GT(z.rms, 0.5) << name << " in skin of C_m " << melanin;
+        EXPECT_GT(z.rms, 0.15) << name << " in skin of C_m " << melanin;
       }
       EXPECT_LT(z.rms, 1.6) << name << " in skin of C_m " << melanin;
       EXPECT_GT(z.within_2, 0.8) << name << " in skin of C_m " << melanin;
@@ -111,7 +113,8 @@ TEST(Fast, DegreesOfFreedomMakeChi2One) {
   }
 }
 
-// Noise twice as large as the stack says widens the error bars by as much.
+// Noise twice as large as the stack says widens the error bars by as much; what all pixels share is then taken
+// to be as much larger.
 TEST(Fast, ScatterBeyondTheStatedNoiseWidensSigma) {
   Scene scene(0.05, 0.01);
   const FastOutcome honest = scene.Fit(AllParameters());
@@ -120,7 +123,8 @@ TEST(Fast, ScatterBeyondTheStatedNoiseWidensSigma) {
   const FastOutcome boastful = scene.Fit(AllParameters());
   EXPECT_NEAR(boastful.detail.scatter[0], 4.0, 0.4);
   const double ratio = std::sqrt(boastful.variance[0](30, 30) / honest.variance[0](30, 30));
-  EXPECT_NEAR(ratio, 1.0, 0.2);
+  EXPECT_GT(ratio, 0.9);
+  EXPECT_LT(ratio, 1.7);
 }
 
 // A hair across the patch, black in all bands: its pixels are flagged by what they are off
