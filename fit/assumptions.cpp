@@ -14,6 +14,7 @@ namespace {
 
 constexpr double kPixelStep = 0.2, kThicknessStep = 0.05;  // of the differences, logarithms
 constexpr double kExpected = 0.3;  // how far what is told may be off before anything is seen, logarithm
+constexpr double kAtBound = 1e-4, kMostAtBound = 0.1;  // of the range; of the pixels
 constexpr double kOfTest = 0.02;  // error of the test itself, logarithm: in honest scenes it finds up to 0.03
 constexpr float kProbe = 1e-3f;   // of an answer, so that no bound of a parameter is near
 constexpr double kAboveTolerance = 5.0;
@@ -100,6 +101,20 @@ bool IsSeen(const PatchProblem& problem, const std::vector<PlaneF>& answer) {
     count += static_cast<double>(plane.size());
   }
   return kPixelStep * std::sqrt(squares / count) > kAboveTolerance * problem.model().options().tolerance;
+}
+
+// Pixels at a bound answer no more: with many of them the optimum is not where the score of maps is nothing.
+bool IsBounded(const PatchProblem& problem, const std::vector<OctaveLevel>& levels) {
+  const ParameterSpace& space = problem.space();
+  for (int j = 0; j < space.count(); ++j) {
+    const PlaneF& position = levels[0].position[j];
+    const double near = kAtBound * (space.upper()[j] - space.lower()[j]);
+    const auto at_bound = std::count_if(position.values().begin(), position.values().end(), [&](float value) {
+      return value < space.lower()[j] + near || value > space.upper()[j] - near;
+    });
+    if (static_cast<double>(at_bound) > kMostAtBound * static_cast<double>(position.size())) return true;
+  }
+  return false;
 }
 
 double LogEvidence(double error, double sigma) {
@@ -244,6 +259,7 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
   DetailView without = detail;
   without.prior = prior;
   const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state);
+  if (IsBounded(problem, levels)) return check;
   const Answered told = MakeUp(problem, state, answer, levels, without, fixed);
   Answered data = DataAt(problem, state, levels, without, fixed);
   check.maps = data.distance;

@@ -27,7 +27,7 @@ void Doubts::CheckThickness(const PatchProblem& problem, const FitState& state, 
   if (problem.data().band_count() <= kUnknownCount) return;
   thickness_ = CheckAssumption(Assumption::kThickness, AnswerToThickness(problem, state, profiles), problem,
                                state, detail, fixed);
-  thickness_of_ = problem.space().free();
+  if (!thickness_.maps.empty()) thickness_of_ = problem.space().free();
 }
 
 void Doubts::SettleThickness(const PatchProblem& problem, const FitState& state, double evidence) {

@@ -3,6 +3,7 @@
 #include "fit/octave_levels.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/core/parallel.h"
 #include "fit/resample.h"
@@ -92,7 +93,7 @@ void CoarsenResidual(const OctaveLevel& fine, OctaveLevel& coarse) {
 
 // The weights of a single pixel, with the error that all data share.
 void LimitWeights(OctaveLevel& mean) {
-  const double shared = kSharedError * kSharedError / mean.noise_inflation;
+  const double shared = mean.shared_error * mean.shared_error / mean.noise_inflation;
   for (PlaneF& plane : mean.weight)
     for (float& weight : plane.values())
       weight = static_cast<float>(weight / (1.0 + shared * static_cast<double>(weight)));
@@ -120,6 +121,7 @@ std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const F
   for (const GridShape shape : OctaveShapes(data.width(), data.height())) {
     OctaveLevel& level = levels.emplace_back();
     level.shape = shape;
+    level.shared_error = std::hypot(kSharedError, 0.5 * problem.model().options().tolerance);
     level.noise_inflation = MeanNoiseInflation(data, side);
     side *= 2.0;
     if (levels.size() == 1)

@@ -12,6 +12,7 @@ namespace dermap {
 
 struct OctaveLevel {
   GridShape shape;
+  double shared_error = 0.0;     // of all data of a band, of the reflectance
   double noise_inflation = 1.0;  // of a mean's variance, by the correlation of neighbours' noise
   // By band. The logarithms' residuals (weighted means of the pixels below) and 1 / variance of them;
   // derivatives of the logarithm of uniform skin's reflectance (LogSensitivity).
@@ -23,7 +24,7 @@ struct OctaveLevel {
 
 // Calibration and tables are each good to about a thousandth of the reflectance (against adding-doubling 1.3
 // at worst: exact_judged_test), which all pixels of a band share: a patch's mean, whose noise is less, is not
-// known better.
+// known better. Beside it counts half of what renders may be off.
 inline constexpr double kSharedError = 1.5e-3;
 
 // Finest first, down to a single pixel.

@@ -65,8 +65,8 @@ Calibration Calibrate(const FastOutcome& fit, const ParameterSpace& space, int j
 // The errors of a patch hang together over its width, so one patch holds few independent ones of its coarse
 // octaves: hence the wide limits here; over many patches the studies narrow them. Where the data hardly reach
 // (deep blood) sigma is the prior's guess, which this smooth scene stays far below. Nor has it the error of
-// tables and calibration that every patch's mean is held to (kSharedError), since scene and fit share a model:
-// hence the low limit of what is known best.
+// tables and calibration that every patch's mean is held to (kSharedError), since scene and fit share a
+// model: hence the low limit of what is known best.
 TEST(Fast, ErrorBarsHoldTheTruth) {
   for (const double melanin : {0.03, 0.15}) {
     Scene scene(melanin);
@@ -113,8 +113,8 @@ TEST(Fast, DegreesOfFreedomMakeChi2One) {
   }
 }
 
-// Noise twice as large as the stack says widens the error bars by as much; what all pixels share is then taken
-// to be as much larger.
+// Noise twice as large as the stack says widens the error bars by as much; what all pixels share is then
+// taken to be as much larger.
 TEST(Fast, ScatterBeyondTheStatedNoiseWidensSigma) {
   Scene scene(0.05, 0.01);
   const FastOutcome honest = scene.Fit(AllParameters());
