@@ -15,8 +15,7 @@ namespace {
 constexpr double kPixelStep = 0.2, kThicknessStep = 0.05;  // of the differences, logarithms
 constexpr double kExpected = 0.3;  // how far what is told may be off before anything is seen, logarithm
 constexpr double kAtBound = 1e-4, kMostAtBound = 0.1;  // of the range; of the pixels
-constexpr double kOfTest = 0.02;  // error of the test itself, logarithm: in honest scenes it finds up to 0.03
-constexpr float kProbe = 1e-3f;   // of an answer, so that no bound of a parameter is near
+constexpr float kProbe = 1e-3f;  // of an answer, so that no bound of a parameter is near
 constexpr double kAboveTolerance = 5.0;
 constexpr double kClamped = 1e-12;  // variance of what may not move, scaled units
 constexpr float kDarkest = 1e-7f;
@@ -246,7 +245,7 @@ std::vector<PlaneF> AnswerToThickness(const PatchProblem& problem, const FitStat
 
 AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>& answer,
                                 const PatchProblem& problem, const FitState& state, const DetailView& detail,
-                                const SkinPoint& fixed) {
+                                const SkinPoint& fixed, double test_error) {
   const ParameterSpace& space = problem.space();
   AssumptionCheck check;
   check.assumption = assumption;
@@ -268,7 +267,7 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
   const double precision = Product(levels, without, told, told) + 1.0 / (kExpected * kExpected);
   check.log_error = Product(levels, without, told, data) / precision;
   check.log_evidence = LogEvidence(check.log_error, std::sqrt(1.0 / precision));
-  check.sigma = std::sqrt(1.0 / precision + kOfTest * kOfTest);
+  check.sigma = std::sqrt(1.0 / precision + test_error * test_error);
   check.log_evidence_seen = LogEvidence(check.log_error, check.sigma);
   for (std::size_t j = 0; j < check.maps.size(); ++j)
     for (std::size_t i = 0; i < check.maps[j].size(); ++i)

@@ -30,8 +30,9 @@ std::vector<PlaneF> AnswerToThickness(const PatchProblem& problem, const FitStat
 // The score test of one assumption at the optimum: residuals against the part of `answer` that maps cannot
 // make up for. The junction's absorbance, which can take over much of a wrong thickness, is for that held at
 // its base value: what the evidence then says is against a fit without it.
+// `test_error`: one standard deviation of the test itself, logarithm.
 AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>& answer,
                                 const PatchProblem& problem, const FitState& state, const DetailView& detail,
-                                const SkinPoint& fixed);
+                                const SkinPoint& fixed, double test_error);
 
 }  // namespace dermap

@@ -30,8 +30,9 @@ class Doubts {
                       const SkinPoint& fixed, std::string_view profiles);
   // At the same size once the maps have settled. `evidence`: logarithm of that for what was made of it.
   void SettleThickness(const PatchProblem& problem, const FitState& state, double evidence);
+  // `reduced`: whether the data are averages of areas, in which skin varies.
   void CheckPixelSize(const PatchProblem& problem, const FitState& state, const DetailView& detail,
-                      const SkinPoint& fixed);
+                      const SkinPoint& fixed, bool reduced);
 
   const std::vector<Doubt>& all() const { return doubts_; }
   bool IsAny() const;

@@ -14,7 +14,6 @@
 #include "fit/octave_solver.h"
 #include "fit/resample.h"
 #include "fit/size_fit.h"
-#include "fit/uncertainty.h"
 
 namespace dermap {
 namespace {
@@ -23,7 +22,6 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
-constexpr double kMostOpen = 0.2;          // share of the pixels that may leave a free parameter open
 constexpr double kUnsettled = 1.25;        // chi2 a datum above which more is freed than was chosen
 constexpr double kSettled = 0.8;           // of chi2, at most, must stay for that
 constexpr int kCheckedSize = 64;           // pixels along the longer side, at which the pixels' is doubted
@@ -170,35 +168,6 @@ class CoarseToFine {
     Keep(problem.space(), space, outcome_.detail);
     outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
     log_.renders_before += problem.renders();
-    while (outcome_.free.size() > 1 && HoldUnidentified(data, model, first)) continue;
-  }
-
-  // What the evidence frees, though many pixels leave it open to half of its range, makes no map: it is held
-  // at its fixed value, and sigma of the others holds how far it may be off. Whether there was one.
-  bool HoldUnidentified(const FitData& data, const ForwardModel& model, int first) {
-    PatchProblem problem(data, model, ParameterSpace(outcome_.free));
-    outcome_.state = problem.StateOf(std::move(outcome_.state.maps));
-    OctaveStep step = SolveInOctaves(problem, LineariseInOctaves(problem, outcome_.state),
-                                     ViewFrom(outcome_.detail, first), outcome_.fixed);
-    const std::vector<PlaneF> variance = variance_.Of(problem, outcome_, first, step);
-    log_.renders_before += problem.renders();
-    std::size_t worst = 0;
-    double most = kMostOpen;
-    for (std::size_t j = 0; j < variance.size(); ++j) {
-      const double open = std::count_if(variance[j].values().begin(), variance[j].values().end(),
-                                        [](float v) { return !(v <= kIdentifiable * kIdentifiable); }) /
-                          static_cast<double>(variance[j].size());
-      if (outcome_.free[j] == Parameter::kC_m || open <= most) continue;
-      worst = j;
-      most = open;
-    }
-    if (most <= kMostOpen) return false;
-    outcome_.unidentified.push_back(outcome_.free[worst]);
-    outcome_.free.erase(outcome_.free.begin() + static_cast<std::ptrdiff_t>(worst));
-    const ParameterSpace space(outcome_.free);
-    Keep(problem.space(), space, outcome_.detail);
-    outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
-    return true;
   }
 
   std::optional<LinkedPrior> LinkOf(const ParameterSpace& space) const {
@@ -283,7 +252,7 @@ class CoarseToFine {
           JunctionEvidence(outcome_.candidates) + (outcome_.suspect ? outcome_.suspect->log_evidence : 0.0));
     const int longer = std::max(data.width(), data.height());
     if (longer <= kCheckedSize && (finest || 2 * longer - 1 > kCheckedSize))
-      outcome_.doubts.CheckPixelSize(problem, outcome_.state, detail, outcome_.fixed);
+      outcome_.doubts.CheckPixelSize(problem, outcome_.state, detail, outcome_.fixed, !finest);
     if (finest && !FreeAll(data, model, first)) Finish(problem, first, last);
   }
 

@@ -27,9 +27,8 @@ struct FastOutcome {
   SkinPoint fixed{};                   // values of what is not free
   std::optional<SuspectBand> suspect;  // its data were divided by 1 + gain_error
   Doubts doubts;
-  bool freed_late = false;              // all unknowns at the full size, where what was chosen left too much
-  std::vector<Parameter> unidentified;  // were chosen to be free, but the data leave them open: held
-  std::vector<Candidate> candidates;    // that were weighed; the first was chosen. Empty: nothing to choose
+  bool freed_late = false;            // all unknowns at the full size, where what was chosen left too much
+  std::vector<Candidate> candidates;  // that were weighed; the first was chosen. Empty: nothing to choose
   DetailModel detail;
   std::vector<FreeVector> spread;      // [octave][free parameter], standard deviations, scaled units
   std::vector<PlaneF> variance;        // of each free parameter, scaled units

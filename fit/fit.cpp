@@ -106,9 +106,6 @@ void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
   if (!fixed.empty()) sentence += "; at average skin's value: " + NamesOf(fixed);
   if (!chosen.absent.empty()) sentence += "; absent: " + NamesOf(chosen.absent);
   log.Decide(sentence + ".");
-  if (!fast.unidentified.empty())
-    log.Decide("Too many pixels leave open what they say of " + NamesOf(fast.unidentified) +
-               ": held at average skin's value.");
   if (LacksBands(fast.candidates, band_count))
     log.Decide(
         "With so few bands the maps hang on the values of what is fixed; sigma holds how far those may be "

@@ -22,10 +22,10 @@ struct OctaveLevel {
   std::vector<PlaneF> position, detail;
 };
 
-// Calibration and tables are each good to about a thousandth of the reflectance (against adding-doubling 1.3
-// at worst: exact_judged_test), which all pixels of a band share: a patch's mean, whose noise is less, is not
+// Calibration and tables are good to about a thousandth of the reflectance (exact_judged_test,
+// `dermap study calibration`), which all pixels of a band share: a patch's mean, whose noise is less, is not
 // known better. Beside it counts half of what renders may be off.
-inline constexpr double kSharedError = 1.5e-3;
+inline constexpr double kSharedError = 1e-3;
 
 // Finest first, down to a single pixel.
 std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state);
