@@ -55,6 +55,9 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");
   app.add_option("--engine", args.engine, "lowrank | pyramid | cascade (default " + args.engine + ")");
+  app.add_option("--shared-error", args.options.shared_error,
+                 "Error that all pixels of a band share, relative (default 0.001)")
+      ->check(CLI::Range(0.0, 0.1));
   app.add_option("--tolerance", args.options.tolerance,
                  "How far a render may be off, relative (default 0: a tenth of the noise)")
       ->check(CLI::Range(0.0, 0.1));

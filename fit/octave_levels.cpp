@@ -121,7 +121,7 @@ std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const F
   for (const GridShape shape : OctaveShapes(data.width(), data.height())) {
     OctaveLevel& level = levels.emplace_back();
     level.shape = shape;
-    level.shared_error = std::hypot(kSharedError, 0.5 * problem.model().options().tolerance);
+    level.shared_error = std::hypot(data.shared_error, 0.5 * problem.model().options().tolerance);
     level.noise_inflation = MeanNoiseInflation(data, side);
     side *= 2.0;
     if (levels.size() == 1)

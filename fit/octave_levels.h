@@ -12,7 +12,8 @@ namespace dermap {
 
 struct OctaveLevel {
   GridShape shape;
-  double shared_error = 0.0;     // of all data of a band, of the reflectance
+  // Relative, of all data of a band: that of the data (FitData), and half of what renders may be off.
+  double shared_error = 0.0;
   double noise_inflation = 1.0;  // of a mean's variance, by the correlation of neighbours' noise
   // By band. The logarithms' residuals (weighted means of the pixels below) and 1 / variance of them;
   // derivatives of the logarithm of uniform skin's reflectance (LogSensitivity).
@@ -21,11 +22,6 @@ struct OctaveLevel {
   // By free parameter, scaled units. Details of the last level, a single pixel: distance from average skin.
   std::vector<PlaneF> position, detail;
 };
-
-// Calibration and tables are good to about a thousandth of the reflectance (exact_judged_test,
-// `dermap study calibration`), which all pixels of a band share: a patch's mean, whose noise is less, is not
-// known better. Beside it counts half of what renders may be off.
-inline constexpr double kSharedError = 1e-3;
 
 // Finest first, down to a single pixel.
 std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state);

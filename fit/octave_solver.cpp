@@ -37,20 +37,21 @@ struct Sofar {
   }
 };
 
+// Of the finest octave one of so many pairs of rows is looked at for how far residuals scatter.
 constexpr int kSampledRows = 4;
 
 // One octave's system in every pixel.
 class LevelSolver {
  public:
   LevelSolver(const PatchProblem& problem, const std::vector<OctaveLevel>& levels, int index,
-              const DetailView& model, const SkinPoint& fixed, Answers answers)
+              const DetailView& model, const SkinPoint& fixed)
       : problem_(problem),
         level_(levels[index]),
         prior_(model.prior[index]),
         details_(model.details[index]),
         link_(model.link),
         top_(index + 1 == static_cast<int>(levels.size())),
-        every_(index == 0 && answers == Answers::kSampled ? kSampledRows : 1),
+        every_(index == 0 ? kSampledRows : 1),
         maker_(problem, level_, top_ ? nullptr : BlurOf(model, index), fixed),
         share_(top_ ? 1.0 : kDetailShare),
         noise_(level_.noise_inflation * model.scatter[index]) {}
@@ -251,7 +252,7 @@ class LevelSolver {
 }  // namespace
 
 OctaveStep SolveInOctaves(const PatchProblem& problem, const std::vector<OctaveLevel>& levels,
-                          const DetailView& model, const SkinPoint& fixed, Answers answers) {
+                          const DetailView& model, const SkinPoint& fixed) {
   const int count = problem.space().count(), top = static_cast<int>(levels.size()) - 1;
   const std::size_t bands = problem.data().bands.size();
   const GridShape whole = levels[top].shape;
@@ -260,13 +261,12 @@ OctaveStep SolveInOctaves(const PatchProblem& problem, const std::vector<OctaveL
   step.statistics.resize(levels.size());
   for (int l = top; l >= 0; --l) {
     if (l < top) sofar.Double(levels[l].shape);
-    step.statistics[l] = LevelSolver(problem, levels, l, model, fixed, answers).Solve(sofar);
+    step.statistics[l] = LevelSolver(problem, levels, l, model, fixed).Solve(sofar);
     for (int j = 0; j < count; ++j)
       step.adapted_parameters += (l == top ? 1.0 : kDetailShare) * step.statistics[l].determined[j];
   }
   step.change = std::move(sofar.change);
   step.variance = std::move(sofar.variance);
-  if (answers == Answers::kEverywhere) step.answered = std::move(sofar.answered);
   double squares = 0.0;
   for (int j = 0; j < count; ++j)
     for (std::size_t i = 0; i < step.change[j].size(); ++i) {

@@ -17,13 +17,9 @@
 
 namespace dermap {
 
-// Of the finest octave one in four pairs of rows is enough to see how far residuals scatter.
-enum class Answers { kSampled, kEverywhere };
-
 struct OctaveStep {
-  std::vector<PlaneF> change;    // of each free parameter, scaled units
-  std::vector<PlaneF> variance;  // of each free parameter once the step is taken, scaled units
-  std::vector<PlaneF> answered;  // [band], what the change does to the logarithms; where it was asked for
+  std::vector<PlaneF> change;                // of each free parameter, scaled units
+  std::vector<PlaneF> variance;              // of each free parameter once the step is taken, scaled units
   std::vector<DetailStatistics> statistics;  // [octave], once the step is taken
   double adapted_parameters = 0.0;           // that the data decide: degrees of freedom of the fitted model
   double move = 0.0;                         // rms of the change in standard deviations
@@ -34,8 +30,7 @@ struct OctaveStep {
 inline constexpr double kDetailShare = 0.75;
 
 OctaveStep SolveInOctaves(const PatchProblem& problem, const std::vector<OctaveLevel>& levels,
-                          const DetailView& model, const SkinPoint& fixed,
-                          Answers answers = Answers::kSampled);
+                          const DetailView& model, const SkinPoint& fixed);
 
 // The maps changed by `share` of the step, within bounds; masked pixels are left.
 ParameterMaps Apply(const PatchProblem& problem, const ParameterMaps& maps, const OctaveStep& step,

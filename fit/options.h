@@ -42,6 +42,8 @@ struct FitOptions {
   std::string profiles = "exact";
   ForwardOptions forward;
   double tolerance = 0.0;  // of a render, relative (ForwardOptions::tolerance); 0: a tenth of the noise
+  // Relative: how well calibration and tables know a band (exact_judged_test, `dermap study calibration`).
+  double shared_error = 1e-3;
   std::vector<Parameter> free_parameters;  // empty ("auto"): fast weighs the evidence, descent counts bands
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
   std::optional<LearntPrior> prior;              // what earlier fits found; fast only

@@ -145,6 +145,7 @@ FitData PrepareStack(const ReflectanceStack& stack, const FitOptions& options, i
   FitData data;
   data.bands = stack.bands;
   data.conditions = ConditionsOf(stack, options);
+  data.shared_error = options.shared_error;
   data.noise_correlation_x = stack.noise_correlation_x;
   data.noise_correlation_y = stack.noise_correlation_y;
   data.measured.assign(stack.bands.size(), PlaneF(stack.width(), stack.height()));

@@ -20,6 +20,7 @@ struct FitData {
   std::vector<PlaneF> sigma;     // one standard deviation; NaN where `measured` is
   // Correlation of the noise of pixels 1, 2, ... apart; empty: independent.
   std::vector<float> noise_correlation_x, noise_correlation_y;
+  double shared_error = 0.0;   // relative, of all data of a band: no mean is known better
   Plane<std::uint8_t> fitted;  // 1 where a pixel has at least as many data as free parameters
   Plane<std::uint32_t> flags;  // FitFlag bits known before the fit
 

@@ -77,6 +77,7 @@ SettingList SettingsOf(const ReflectanceStack& stack, const FitOptions& options)
       {"profiles", options.profiles},
       {"engine", std::string(EngineName(options.forward.engine))},
       {"tolerance", Text(options.tolerance)},
+      {"shared_error", Text(options.shared_error)},
       {"free", options.free_parameters.empty() ? "auto" : NamesOf(options.free_parameters)},
       {"tissue", TissueOf(options.tissue)},
       {"prior", PriorOf(options)},

@@ -20,14 +20,20 @@ using testing::AllParameters;
 
 // A patch of large pixels, fitted fast.
 struct Patch {
-  explicit Patch(int size, double noise = 0.005)
+  explicit Patch(int size)
       : model(ModelOf(testing::Window(7.5 / size))),
-        data(testing::Prepared(testing::NoisyStack(model, testing::SpottedSkin(size, 0.05), noise, 5))),
+        data(
+            Exact(testing::Prepared(testing::NoisyStack(model, testing::SpottedSkin(size, 0.05), 0.005, 5)))),
         fast(FitCoarseToFine(data, model, AllParameters(), maker, options, log)),
         problem(data, model, ParameterSpace(AllParameters())),
         detail(ViewFrom(fast.detail, 0)),
         posterior(problem, detail, fast.fixed) {}
 
+  // Scene and fit share the model.
+  static FitData Exact(FitData data) {
+    data.shared_error = 0.0;
+    return data;
+  }
   static ForwardModel ModelOf(const ImagingConditions& conditions) {
     const ForwardModel exact = testing::MakeModel(testing::EightBands(), conditions);
     ForwardOptions options = exact.options();
@@ -78,7 +84,7 @@ TEST(Posterior, GradientIsTheDifference) {
 // that the fast fit has without any matrix; of noise that is large against what the bands' means share, and
 // for a prior that is taken as known, as the reference has it.
 TEST(CeresReference, DenseJudgesFast) {
-  Patch patch(8, 0.015);
+  Patch patch(8);
   std::fill(patch.fast.detail.scatter.begin(), patch.fast.detail.scatter.end(), 1.0);
   std::fill(patch.fast.detail.details.begin(), patch.fast.detail.details.end(), FreeVector{});
   const FitState state = patch.problem.StateOf(patch.fast.state.maps);

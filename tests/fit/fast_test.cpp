@@ -28,7 +28,9 @@ struct Scene {
   explicit Scene(double melanin, double noise = 0.005)
       : model(testing::MakeModel(testing::EightBands(), testing::Window(7.5 / 64))),
         truth(testing::SpottedSkin(64, melanin)),
-        data(testing::Prepared(testing::NoisyStack(model, truth, noise, 5))) {}
+        data(testing::Prepared(testing::NoisyStack(model, truth, noise, 5))) {
+    data.shared_error = 0.0;  // scene and fit share the model
+  }
 
   FastOutcome Fit(const std::vector<Parameter>& free) {
     return FitCoarseToFine(data, model, free, kMaker, options, log);
@@ -77,7 +79,7 @@ TEST(Fast, ErrorBarsHoldTheTruth) {
       const Calibration z = Calibrate(fit, space, j, scene.truth);
       const auto name = InfoOf(space.parameter(j)).name;
       if (space.parameter(j) == Parameter::kC_m || space.parameter(j) == Parameter::kBeta_m) {
-        EXPECT_GT(z.rms, 0.15) << name << " in skin of C_m " << melanin;
+        EXPECT_GT(z.rms, 0.5) << name << " in skin of C_m " << melanin;
       }
       EXPECT_LT(z.rms, 1.6) << name << " in skin of C_m " << melanin;
       EXPECT_GT(z.within_2, 0.8) << name << " in skin of C_m " << melanin;
@@ -123,8 +125,7 @@ TEST(Fast, ScatterBeyondTheStatedNoiseWidensSigma) {
   const FastOutcome boastful = scene.Fit(AllParameters());
   EXPECT_NEAR(boastful.detail.scatter[0], 4.0, 0.4);
   const double ratio = std::sqrt(boastful.variance[0](30, 30) / honest.variance[0](30, 30));
-  EXPECT_GT(ratio, 0.9);
-  EXPECT_LT(ratio, 1.7);
+  EXPECT_NEAR(ratio, 1.0, 0.2);
 }
 
 // A hair across the patch, black in all bands: its pixels are flagged by what they are off
