@@ -26,6 +26,7 @@ struct FitArguments {
   std::filesystem::path save_prior;
   std::string method = "fast", metric = "curvature", start = "average", free = "auto";
   std::string engine{EngineName(ForwardOptions{}.engine)};
+  std::string beneath_tape{NameOf(BeneathTape::kEdge)};
   double pixel_size_mm = 0.0;
   FitOptions options;
 };
@@ -55,6 +56,8 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--profiles", args.options.profiles,
                  "Source of the profiles (default " + args.options.profiles + ")");
   app.add_option("--engine", args.engine, "lowrank | pyramid | cascade (default " + args.engine + ")");
+  app.add_option("--beneath-tape", args.beneath_tape,
+                 "Skin there: edge (default: as at the window's edge) | mirrored | mean");
   app.add_option("--shared-error", args.options.shared_error,
                  "Error that all pixels of a band share, relative (default 0.001)")
       ->check(CLI::Range(0.0, 0.1));
@@ -91,6 +94,7 @@ void Resolve(FitArguments& args) {
   args.options.metric = DescentMetricFromName(args.metric);
   args.options.start = StartPointFromName(args.start);
   args.options.forward.engine = EngineFromName(args.engine);
+  args.options.forward.beneath_tape = BeneathTapeFromName(args.beneath_tape);
   args.options.free_parameters = FreeParametersFromText(args.free);
   if (args.pixel_size_mm > 0.0) args.options.pixel_size_mm = args.pixel_size_mm;
   if (!args.prior.empty()) args.options.prior = ReadLearntPrior(args.prior);

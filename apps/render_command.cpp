@@ -18,6 +18,7 @@ struct RenderArguments {
   std::filesystem::path output;
   std::filesystem::path config;
   std::string engine{EngineName(ForwardOptions{}.engine)};
+  std::string beneath_tape{NameOf(BeneathTape::kEdge)};
   double pixel_size_mm = 0.0;
   RenderOptions options;
 };
@@ -41,6 +42,8 @@ void AddOptions(CLI::App& app, RenderArguments& args) {
   app.add_option("--tolerance", args.options.forward.tolerance,
                  "How far the render may be off, relative, rms (default 0.001; engine lowrank)")
       ->check(CLI::Range(1e-6, 0.1));
+  app.add_option("--beneath-tape", args.beneath_tape,
+                 "Skin there: edge (default: as at the window's edge) | mirrored | mean");
   app.add_option("--config", args.config, "TOML with a [tissue] table");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the maps' own")
       ->check(CLI::Range(1e-4, 100.0));
@@ -74,6 +77,7 @@ int RunRenderCommand(int argc, char** argv) {
   AddOptions(command.app(), args);
   return command.Run(argc, argv, [&] {
     args.options.forward.engine = EngineFromName(args.engine);
+    args.options.forward.beneath_tape = BeneathTapeFromName(args.beneath_tape);
     if (!args.config.empty()) args.options.tissue = ReadTissueConfig(args.config);
     if (args.pixel_size_mm > 0.0) args.options.pixel_size_mm = args.pixel_size_mm;
     const MapsFile maps = ReadMaps(args.maps);

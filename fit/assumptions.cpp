@@ -7,14 +7,15 @@
 #include <utility>
 
 #include "common/optics/homogeneous_skin.h"
+#include "fit/assumption_products.h"
+#include "fit/assumption_refit.h"
 #include "fit/octave_solver.h"
 
 namespace dermap {
 namespace {
 
 constexpr double kPixelStep = 0.2, kThicknessStep = 0.05;  // of the differences, logarithms
-constexpr double kExpected = 0.3;  // how far what is told may be off before anything is seen, logarithm
-constexpr double kAtBound = 1e-4, kMostAtBound = 0.1;  // of the range; of the pixels
+constexpr double kAtBound = 1e-4, kMostAtBound = 0.1;      // of the range; of the pixels
 constexpr float kProbe = 1e-3f;  // of an answer, so that no bound of a parameter is near
 constexpr double kAboveTolerance = 5.0;
 constexpr double kClamped = 1e-12;  // variance of what may not move, scaled units
@@ -33,63 +34,6 @@ SkinPoint MeanSkin(const PatchProblem& problem, const ParameterMaps& maps) {
   }
   for (double& value : mean) value /= count;
   return mean;
-}
-
-// A residual (logarithms) and what is left of it once maps have made up for what they can, at the price of
-// their distance from the prior (scaled units).
-struct Answered {
-  std::vector<PlaneF> left, distance;
-};
-
-// Sum over the data of products of what is left over the noise's variance; that of the patch's mean is the
-// top octave's own.
-double DataProduct(const std::vector<OctaveLevel>& levels, const DetailView& detail,
-                   const std::vector<PlaneF>& u, const std::vector<PlaneF>& v) {
-  const OctaveLevel& fine = levels.front();
-  const OctaveLevel& mean = levels.back();
-  const double noise = fine.noise_inflation * detail.scatter.front();
-  double sum = 0.0;
-  for (std::size_t b = 0; b < u.size(); ++b) {
-    double weights = 0.0, of_u = 0.0, of_v = 0.0, both = 0.0;
-    for (std::size_t i = 0; i < u[b].size(); ++i) {
-      const double weight = fine.weight[b].data()[i];
-      weights += weight;
-      of_u += weight * u[b].data()[i];
-      of_v += weight * v[b].data()[i];
-      both += weight * u[b].data()[i] * v[b].data()[i];
-    }
-    if (weights <= 0.0) continue;
-    const double mean_weight = mean.weight[b].data()[0] / (mean.noise_inflation * detail.scatter.back());
-    sum += (both - of_u * of_v / weights) / noise + of_u / weights * of_v / weights * mean_weight;
-  }
-  return sum;
-}
-
-// Sum over the octaves of products of details over their prior variance.
-double PriorProduct(const DetailView& detail, PlaneF u, PlaneF v, int j) {
-  const std::vector<GridShape> shapes = OctaveShapes(u.width(), u.height());
-  double sum = 0.0;
-  for (std::size_t l = 0; l < shapes.size(); ++l) {
-    const bool top = l + 1 == shapes.size();
-    const PlaneF of_u = top ? u : DetailOf(u), of_v = top ? v : DetailOf(v);
-    double product = 0.0;
-    for (std::size_t i = 0; i < of_u.size(); ++i)
-      product += static_cast<double>(of_u.data()[i]) * of_v.data()[i];
-    sum += (top ? 1.0 : kDetailShare) / detail.prior[l][j] * product;
-    if (top) break;
-    u = Halve(u);
-    v = Halve(v);
-  }
-  return sum;
-}
-
-// What the data say against both at once: u' (noise + maps' prior)^-1 v, where maps made up for all they can.
-double Product(const std::vector<OctaveLevel>& levels, const DetailView& detail, const Answered& u,
-               const Answered& v) {
-  double sum = DataProduct(levels, detail, u.left, v.left);
-  for (std::size_t j = 0; j < u.distance.size(); ++j)
-    sum += PriorProduct(detail, u.distance[j], v.distance[j], static_cast<int>(j));
-  return sum;
 }
 
 // A difference of renders below their tolerance says nothing.
@@ -114,10 +58,6 @@ bool IsBounded(const PatchProblem& problem, const std::vector<OctaveLevel>& leve
     if (static_cast<double>(at_bound) > kMostAtBound * static_cast<double>(position.size())) return true;
   }
   return false;
-}
-
-double LogEvidence(double error, double sigma) {
-  return 0.5 * std::pow(error / sigma, 2) - std::log(kExpected / sigma);
 }
 
 // The details of a position in the maps, octave by octave.
@@ -258,13 +198,17 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
   DetailView without = detail;
   without.prior = prior;
   const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state);
-  if (IsBounded(problem, levels)) return check;
+  if (IsBounded(problem, levels)) {
+    if (assumption == Assumption::kThickness)
+      RefitUnder(answer, problem, state, detail, fixed, test_error, check);
+    return check;
+  }
   const Answered told = MakeUp(problem, state, answer, levels, without, fixed);
   Answered data = DataAt(problem, state, levels, without, fixed);
   check.maps = data.distance;
   for (int j = 0; j < space.count(); ++j)
     for (float& value : data.distance[j].values()) value -= static_cast<float>(space.mean()[j]);
-  const double precision = Product(levels, without, told, told) + 1.0 / (kExpected * kExpected);
+  const double precision = Product(levels, without, told, told) + 1.0 / (kExpectedError * kExpectedError);
   check.log_error = Product(levels, without, told, data) / precision;
   check.log_evidence = LogEvidence(check.log_error, std::sqrt(1.0 / precision));
   check.sigma = std::sqrt(1.0 / precision + test_error * test_error);

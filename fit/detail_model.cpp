@@ -30,15 +30,15 @@ double GuessedScatter(std::span<const double> scatter, int octave) {
 }
 
 // The mean of a patch is known so well that errors of calibration and optics, which all pixels share and
-// finer octaves do not show, may far exceed its noise. Where they do, the guess is dropped; what stays is a
-// variance from a handful of data, whose own uncertainty (Student's t) widens it by n / (n - 2), at most 5:
-// that is what two data ask for.
+// finer octaves do not show, may far exceed its noise. Where residuals exceed it, the guess is dropped; what
+// stays is a variance from a handful of data, whose own uncertainty (Student's t) widens it by n / (n - 2),
+// at most 5: that is what two data ask for.
 double UnforeseenScatter(const DetailStatistics& mean, std::span<const double> scatter, int octave) {
-  constexpr double kUnforeseen = 2.0;  // times the guess: chance does that to three data once in nine times
+  constexpr double kUnforeseen = 2.0;  // times the noise: chance does that to three data once in nine times
   const double count = mean.residual_count;
   if (count < 0.5) return 0.0;
   const double found = mean.residual_squares / count;
-  return found > kUnforeseen * GuessedScatter(scatter, octave)
+  return found > kUnforeseen * mean.noise_share * GuessedScatter(scatter, octave)
              ? found * count / std::max(count - 2.0, 0.2 * count)
              : 0.0;
 }

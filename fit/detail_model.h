@@ -58,6 +58,7 @@ struct DetailStatistics {
   double pixels = 0.0;
   double residual_squares = 0.0;  // of what stays unanswered, over its stated noise
   double residual_count = 0.0;    // as many, less what the details adapted to
+  double noise_share = 1.0;  // of the stated variance of residuals that is noise: the rest all pixels share
 };
 // Of all octaves, finest first. D. J. C. MacKay's fixed point: sum of squares over what the data determine.
 void Update(std::span<const DetailStatistics> statistics, int count, DetailView model);

@@ -190,9 +190,18 @@ class LevelSolver {
       adapted += share_ * statistics.determined[j];
     }
     if (link_) statistics.linked_squares = LinkedSquares();
+    if (top_) statistics.noise_share = NoiseShare();
     AddResiduals(sofar, statistics);
     statistics.residual_count = std::max(statistics.residual_count - adapted, 0.0);
     return statistics;
+  }
+
+  // Of the mean's variance, over the bands.
+  double NoiseShare() const {
+    const double shared = level_.shared_error * level_.shared_error / level_.noise_inflation;
+    double share = 0.0;
+    for (const PlaneF& weight : level_.weight) share += 1.0 - shared * weight.data()[0];
+    return std::max(share / static_cast<double>(level_.weight.size()), 0.0);
   }
 
   // What stays unanswered, by its distance from the mean of 2 x 2 pixels. The rows that Answer() saw stand

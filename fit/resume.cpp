@@ -76,6 +76,7 @@ SettingList SettingsOf(const ReflectanceStack& stack, const FitOptions& options)
       {"metric", std::string(NameOf(options.metric))},
       {"profiles", options.profiles},
       {"engine", std::string(EngineName(options.forward.engine))},
+      {"beneath_tape", std::string(NameOf(options.forward.beneath_tape))},
       {"tolerance", Text(options.tolerance)},
       {"shared_error", Text(options.shared_error)},
       {"free", options.free_parameters.empty() ? "auto" : NamesOf(options.free_parameters)},

@@ -334,4 +334,23 @@ Engine EngineFromName(std::string_view name) {
   throw InputError("there is no engine '" + std::string(name) + "'; known are: lowrank, pyramid, cascade");
 }
 
+std::string_view NameOf(BeneathTape beneath) {
+  switch (beneath) {
+    case BeneathTape::kEdge:
+      return "edge";
+    case BeneathTape::kMirrored:
+      return "mirrored";
+    case BeneathTape::kMean:
+      return "mean";
+  }
+  return "";
+}
+
+BeneathTape BeneathTapeFromName(std::string_view name) {
+  for (const BeneathTape beneath : {BeneathTape::kEdge, BeneathTape::kMirrored, BeneathTape::kMean})
+    if (name == NameOf(beneath)) return beneath;
+  throw InputError("skin beneath the tape cannot be '" + std::string(name) +
+                   "'; known are: edge, mirrored, mean");
+}
+
 }  // namespace dermap

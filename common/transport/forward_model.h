@@ -32,6 +32,13 @@ Engine EngineFromName(std::string_view name);
 // the exit alone [D08 4.1]. The engines made of Gaussians know only the second.
 enum class Coupling { kReciprocal, kGather };
 
+// What skin is taken to be beneath the tape, where nobody saw it: as at the window's edge, the patch
+// mirrored, or the mean of the row (column) that ends there.
+enum class BeneathTape { kEdge, kMirrored, kMean };
+std::string_view NameOf(BeneathTape beneath);  // "edge", "mirrored", "mean"
+// Throws InputError that lists the known names.
+BeneathTape BeneathTapeFromName(std::string_view name);
+
 inline constexpr int kAutomaticTerms = -1;
 inline constexpr double kAutomaticMargin = -1.0;
 inline constexpr int kAutomaticPaths = 0;
@@ -76,6 +83,7 @@ struct ForwardOptions {
   // Skin around the patch that takes part: beneath the tape, or beyond the border. Automatic: as far as light
   // goes (lowrank), or 1.9 mm.
   double margin_mm = kAutomaticMargin;
+  BeneathTape beneath_tape = BeneathTape::kEdge;  // the engines made of Gaussians know no other
   // Whether every band with a width is rendered at several wavelengths of its filter. If not, it is rendered
   // once, at its centre, and corrected by the ratio of local closed forms (cheap; the error is tested).
   bool full_band_integration = false;

@@ -57,6 +57,7 @@ int Inside(int i, int n, LineEnd end) {
   if (i >= 0 && i < n) return i;
   switch (end) {
     case LineEnd::kZero:
+    case LineEnd::kMean:
       return -1;
     case LineEnd::kReplicate:
       return std::clamp(i, 0, n - 1);
@@ -102,7 +103,10 @@ LineMap LineMap::Shift(int inputs, int outputs, int first, LineEnd end) {
   std::vector<std::vector<Tap>> rows(outputs);
   for (int i = 0; i < outputs; ++i) {
     const int input = Inside(i + first, inputs, end);
-    if (input >= 0) rows[i].push_back({input, 1.0f});
+    if (input >= 0)
+      rows[i].push_back({input, 1.0f});
+    else if (end == LineEnd::kMean)
+      for (int k = 0; k < inputs; ++k) rows[i].push_back({k, 1.0f / static_cast<float>(inputs)});
   }
   return {inputs, rows};
 }

@@ -11,8 +11,8 @@
 
 namespace dermap {
 
-// What a line is beyond its ends.
-enum class LineEnd { kZero, kReplicate, kMirror };
+// What a line is beyond its ends; its mean only for Shift.
+enum class LineEnd { kZero, kReplicate, kMirror, kMean };
 
 // How every second sample is taken of a low-passed line.
 enum class Halver {

@@ -28,11 +28,13 @@ int RoundUp(int value, int multiple) {
 }  // namespace
 
 PathFrames::PathFrames(int patch_width, int patch_height, const ImagingConditions& conditions, double margin,
-                       double tolerance)
+                       const ForwardOptions& options)
     : pixel_size_mm(conditions.pixel_size_mm),
       margin_mm(margin),
+      beneath_tape(options.beneath_tape),
       window(conditions.illumination == Illumination::kWindow) {
-  const double coarsest = tolerance >= kStrictTolerance ? kTransformPixel_mm : kStrictTransformPixel_mm;
+  const double coarsest =
+      options.tolerance >= kStrictTolerance ? kTransformPixel_mm : kStrictTransformPixel_mm;
   while (halvings < kMostHalvings && pixel_at(halvings + 1) <= coarsest &&
          std::min(patch_width, patch_height) >> (halvings + 1) >= kGranule)
     ++halvings;
@@ -69,7 +71,9 @@ PlaneMap PathFrames::LightDown(int level) const {
 }
 
 std::vector<PlaneMap> PathFrames::SkinDown() const {
-  const LineEnd end = window ? LineEnd::kReplicate : LineEnd::kMirror;
+  const bool mirrored = !window || beneath_tape == BeneathTape::kMirrored;
+  const LineEnd end = mirrored ? LineEnd::kMirror : LineEnd::kReplicate;
+  const LineEnd around = window && beneath_tape == BeneathTape::kMean ? LineEnd::kMean : end;
   std::vector<PlaneMap> maps;
   int width = patch.width, height = patch.height;
   for (int level = 0; level < halvings; ++level) {
@@ -78,8 +82,8 @@ std::vector<PlaneMap> PathFrames::SkinDown() const {
     width /= 2, height /= 2;
   }
   const Frame& whole = transforms();
-  maps.emplace_back(LineMap::Shift(width, whole.width, -whole.x, end),
-                    LineMap::Shift(height, whole.height, -whole.y, end));
+  maps.emplace_back(LineMap::Shift(width, whole.width, -whole.x, around),
+                    LineMap::Shift(height, whole.height, -whole.y, around));
   return maps;
 }
 

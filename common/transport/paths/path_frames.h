@@ -23,10 +23,11 @@ struct PathFrames {
   };
 
   PathFrames(int patch_width, int patch_height, const ImagingConditions& conditions, double margin_mm,
-             double tolerance);
+             const ForwardOptions& options);
 
   double pixel_size_mm;
   double margin_mm;
+  BeneathTape beneath_tape;
   bool window;  // whether light ends at the patch's border; if not, skin and light go on mirrored
   int halvings = 0;
   Domain patch;               // the patch, a little widened so that its sides can be halved

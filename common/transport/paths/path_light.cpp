@@ -32,7 +32,7 @@ void CropToPatch(const PlaneF& widened, const Domain& domain, PlaneF& patch) {
 
 PathLight::PathLight(int patch_width, int patch_height, const ImagingConditions& conditions, double margin_mm,
                      const ForwardOptions& options)
-    : frames_(patch_width, patch_height, conditions, margin_mm, options.tolerance),
+    : frames_(patch_width, patch_height, conditions, margin_mm, options),
       options_(options),
       whole_transform_(frames_.transforms().width, frames_.transforms().height),
       rest_transform_(frames_.rest.width, frames_.rest.height),

@@ -20,6 +20,7 @@ struct Case {
   Tape tape;
   Coupling coupling;
   bool tattoo;
+  BeneathTape beneath = BeneathTape::kEdge;
 };
 
 ForwardModel ModelOf(const Case& c) {
@@ -28,6 +29,7 @@ ForwardModel ModelOf(const Case& c) {
   conditions.geometry = Geometry::kFactor0_30;
   ForwardOptions options;
   options.coupling = c.coupling;
+  options.beneath_tape = c.beneath;
   return Model(kBands, conditions, options, "exact");
 }
 
@@ -130,10 +132,13 @@ TEST_P(Derivatives, ProductIsTheLimitOfDifferences) {
 
 INSTANTIATE_TEST_SUITE_P(
     Scenes, Derivatives,
-    testing::Values(Case{128, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false},
-                    Case{128, Illumination::kUniform, Tape::kFree, Coupling::kReciprocal, true},
-                    Case{100, Illumination::kWindow, Tape::kBlack, Coupling::kReciprocal, true},
-                    Case{90, Illumination::kWindow, Tape::kBlack, Coupling::kGather, false}));
+    testing::Values(
+        Case{128, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false},
+        Case{128, Illumination::kUniform, Tape::kFree, Coupling::kReciprocal, true},
+        Case{100, Illumination::kWindow, Tape::kBlack, Coupling::kReciprocal, true},
+        Case{90, Illumination::kWindow, Tape::kBlack, Coupling::kGather, false},
+        Case{90, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, true, BeneathTape::kMean},
+        Case{64, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false, BeneathTape::kMirrored}));
 
 // Results do not depend on how many threads share the work.
 TEST(DerivativesOfARender, AreTheSameForAnyNumberOfThreads) {
