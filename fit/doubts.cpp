@@ -12,8 +12,11 @@
 namespace dermap {
 namespace {
 
-constexpr double kGross = 0.3;   // logarithm
-constexpr double kTrust = -4.6;  // logarithm of the odds, before anything is seen, that it is wrong
+constexpr double kGross = 0.3;  // logarithm
+// Logarithm of the odds, before anything is seen, that it is wrong: nobody measures the epidermis, and the
+// pixel on the skin has been measured.
+constexpr double kTrustInThickness = -1.6, kTrustInPixelSize = -4.6;
+constexpr double kMostOff = 2.0;  // of an error found, that it may be off by
 // Errors of the test, logarithm: in honest scenes it finds up to 0.03, in averages of areas up to 0.13, since
 // skin that varies within them blurs less than its mean.
 constexpr double kTestError = 0.02, kReducedTestError = 0.06;
@@ -60,11 +63,12 @@ void Doubts::CheckPixelSize(const PatchProblem& problem, const FitState& state, 
 void Doubts::Add(const PatchProblem& problem, const FitState& state, const AssumptionCheck& check,
                  double evidence) {
   if (check.maps.empty()) return;
+  const double trust = check.assumption == Assumption::kThickness ? kTrustInThickness : kTrustInPixelSize;
   Doubt doubt{
       check.assumption,
       check.log_error,
       check.sigma,
-      1.0 / (1.0 + std::exp(-kTrust - std::min(check.log_evidence - evidence, check.log_evidence_seen))),
+      1.0 / (1.0 + std::exp(-trust - std::min(check.log_evidence - evidence, check.log_evidence_seen))),
       problem.space().free(),
       {}};
   for (int j = 0; j < problem.space().count(); ++j) {
@@ -99,7 +103,9 @@ void Doubts::AddTo(const std::vector<Parameter>& free, double most_likely,
       if (j == free.size()) continue;
       PlaneF square = doubt.shift[k];
       // Not by the probability itself: an interval of 95 % must reach as far as what holds once in twenty.
-      const auto weight = static_cast<float>(std::sqrt(doubt.probability));
+      // And not by what was found alone, but by how far that may be off as well.
+      const double off = std::min(doubt.sigma / std::abs(doubt.log_error), kMostOff);
+      const auto weight = static_cast<float>(std::sqrt(doubt.probability) * (1.0 + off * off));
       for (float& value : square.values()) value *= weight * value;
       square = ResizeLinear(square, variance[j].width(), variance[j].height());
       for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];

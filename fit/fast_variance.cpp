@@ -9,7 +9,7 @@
 namespace dermap {
 namespace {
 
-constexpr double kUnevenness = 0.1;
+constexpr double kUnevenness = 0.15;
 constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
 constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
 
