@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "common/optics/homogeneous_skin.h"
@@ -20,7 +21,7 @@ constexpr float kProbe = 1e-3f;  // of an answer, so that no bound of a paramete
 constexpr double kAboveTolerance = 5.0;
 constexpr double kClamped = 1e-12;  // variance of what may not move, scaled units
 constexpr float kDarkest = 1e-7f;
-constexpr int kMakeUpSteps = 3;
+constexpr int kMakeUpSteps = 2;
 
 // Mean over the fitted pixels.
 SkinPoint MeanSkin(const PatchProblem& problem, const ParameterMaps& maps) {
@@ -72,9 +73,17 @@ void SetDetails(const std::vector<PlaneF>& position, std::vector<OctaveLevel>& l
   }
 }
 
+// Only the engine `lowrank` has a tangent.
+std::optional<ForwardModel> WithTangent(const ForwardModel& model) {
+  ForwardOptions options = model.options();
+  if (options.engine == Engine::kLowRank) return std::nullopt;
+  options.engine = Engine::kLowRank;
+  return model.With(options);
+}
+
 // What a small change of the maps does to the logarithm of reflectance.
 std::vector<PlaneF> Response(const PatchProblem& problem, const FitState& state,
-                             const std::vector<PlaneF>& change) {
+                             const ForwardModel::Kept& render, const std::vector<PlaneF>& change) {
   const ParameterSpace& space = problem.space();
   ParameterMaps maps;
   for (int j = 0; j < space.count(); ++j) {
@@ -85,9 +94,7 @@ std::vector<PlaneF> Response(const PatchProblem& problem, const FitState& state,
     else
       maps[space.parameter(j)] = std::move(plane);
   }
-  ForwardOptions options = problem.model().options();
-  options.engine = Engine::kLowRank;  // the others have no tangent
-  std::vector<PlaneF> response = problem.model().With(options).Tangent(state.maps, maps);
+  std::vector<PlaneF> response = render.Tangent(maps);
   for (std::size_t b = 0; b < response.size(); ++b)
     for (std::size_t i = 0; i < response[b].size(); ++i)
       response[b].data()[i] /= std::max(state.predicted[b].data()[i], kDarkest);
@@ -96,8 +103,9 @@ std::vector<PlaneF> Response(const PatchProblem& problem, const FitState& state,
 
 // The maps that make up for `answer` as far as they can, by steps with the octaves' Jacobian, each against
 // what the full one leaves.
-Answered MakeUp(const PatchProblem& problem, const FitState& state, const std::vector<PlaneF>& answer,
-                std::vector<OctaveLevel> levels, const DetailView& detail, const SkinPoint& fixed) {
+Answered MakeUp(const PatchProblem& problem, const FitState& state, const ForwardModel::Kept& render,
+                const std::vector<PlaneF>& answer, std::vector<OctaveLevel> levels, const DetailView& detail,
+                const SkinPoint& fixed) {
   const auto count = static_cast<std::size_t>(problem.space().count());
   const PlaneF zero(state.maps.width(), state.maps.height());
   Answered made_up{answer, std::vector<PlaneF>(count, zero)};
@@ -114,7 +122,7 @@ Answered MakeUp(const PatchProblem& problem, const FitState& state, const std::v
     for (std::size_t j = 0; j < count; ++j)
       for (std::size_t i = 0; i < zero.size(); ++i)
         made_up.distance[j].data()[i] += solved.change[j].data()[i] / kProbe;
-    const std::vector<PlaneF> response = Response(problem, state, made_up.distance);
+    const std::vector<PlaneF> response = Response(problem, state, render, made_up.distance);
     for (std::size_t b = 0; b < answer.size(); ++b)
       for (std::size_t i = 0; i < zero.size(); ++i)
         made_up.left[b].data()[i] = answer[b].data()[i] - response[b].data()[i];
@@ -123,10 +131,10 @@ Answered MakeUp(const PatchProblem& problem, const FitState& state, const std::v
 }
 
 // The data at the optimum of the maps, or at the one without the junction, to a step's exactness.
-Answered DataAt(const PatchProblem& problem, const FitState& state, const std::vector<OctaveLevel>& levels,
-                const DetailView& detail, const SkinPoint& fixed) {
+Answered DataAt(const PatchProblem& problem, const FitState& state, const ForwardModel::Kept& render,
+                const std::vector<OctaveLevel>& levels, const DetailView& detail, const SkinPoint& fixed) {
   const OctaveStep step = SolveInOctaves(problem, levels, detail, fixed);
-  const std::vector<PlaneF> response = Response(problem, state, step.change);
+  const std::vector<PlaneF> response = Response(problem, state, render, step.change);
   Answered data{levels[0].residual, levels[0].position};
   for (std::size_t b = 0; b < response.size(); ++b)
     for (std::size_t i = 0; i < response[b].size(); ++i) data.left[b].data()[i] -= response[b].data()[i];
@@ -203,8 +211,10 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
       RefitUnder(answer, problem, state, detail, fixed, test_error, check);
     return check;
   }
-  const Answered told = MakeUp(problem, state, answer, levels, without, fixed);
-  Answered data = DataAt(problem, state, levels, without, fixed);
+  const std::optional<ForwardModel> other = WithTangent(problem.model());
+  const ForwardModel::Kept render(other ? *other : problem.model(), state.maps);
+  const Answered told = MakeUp(problem, state, render, answer, levels, without, fixed);
+  Answered data = DataAt(problem, state, render, levels, without, fixed);
   check.maps = data.distance;
   for (int j = 0; j < space.count(); ++j)
     for (float& value : data.distance[j].values()) value -= static_cast<float>(space.mean()[j]);

@@ -101,6 +101,17 @@ double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& sta
   return sum;
 }
 
+// Before anything is seen, most skin has no tattoo: logarithm of the odds.
+constexpr double kOddsOfTattoo = -3.0;
+
+double LogOdds(const std::vector<OctaveEvidence>& octaves, const Status& status,
+               const ParameterSpace& space) {
+  double odds = LogEvidence(octaves, status, space.mean());
+  for (int j = 0; j < space.count(); ++j)
+    if (status.free[j] && space.parameter(j) == Parameter::kJunctionAbsorbance) odds += kOddsOfTattoo;
+  return odds;
+}
+
 Candidate CandidateOf(const ParameterSpace& space, const Status& status, double log_evidence) {
   Candidate candidate;
   candidate.log_evidence = log_evidence;
@@ -129,7 +140,7 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
   const ParameterSpace& space = problem.space();
   const std::vector<OctaveEvidence> octaves = Collect(problem, state, detail, fixed);
   Status status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
-  double evidence = LogEvidence(octaves, status, space.mean());
+  double evidence = LogOdds(octaves, status, space);
   std::vector<Candidate> seen{CandidateOf(space, status, evidence)};
   std::size_t chosen = 0;
   while (status.free_count() > 1) {
@@ -140,7 +151,7 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
         Status trial = status;
         trial.free[j] = 0;
         trial.absent[j] = static_cast<char>(absent);
-        const double trial_evidence = LogEvidence(octaves, trial, space.mean());
+        const double trial_evidence = LogOdds(octaves, trial, space);
         seen.push_back(CandidateOf(space, trial, trial_evidence));
         if (!best || trial_evidence > best->first) best = {trial_evidence, trial};
       }

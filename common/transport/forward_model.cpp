@@ -223,6 +223,32 @@ std::vector<PlaneF> ForwardModel::Tangent(const ParameterMaps& maps, const Param
   return changes;
 }
 
+ForwardModel::Kept::Kept(const ForwardModel& model, const ParameterMaps& maps)
+    : model_(model), maps_(maps), renderers_(model.band_count()) {
+  Impl& impl = *model.impl_;
+  impl.CheckDerivatives();
+  CheckMaps(maps, model.band_count());
+  ParallelFor(model.band_count(), [&](int band) {
+    renderers_[band] = impl.Take(maps.width(), maps.height());
+    renderers_[band]->Render(impl.tables->optics[band], impl.tables->totals[band], impl.tables->widths[band],
+                             maps, Impl::JunctionOf(band, maps), impl.tissue.junction_absorbance, nullptr,
+                             true);
+  });
+}
+
+ForwardModel::Kept::~Kept() = default;
+
+std::vector<PlaneF> ForwardModel::Kept::Tangent(const ParameterMaps& change) const {
+  const Impl& impl = *model_.impl_;
+  std::vector<PlaneF> changes(renderers_.size());
+  ParallelFor(model_.band_count(), [&](int band) {
+    changes[band] = renderers_[band]->Tangent(impl.tables->optics[band], impl.tables->widths[band], maps_,
+                                              change, Impl::JunctionOf(band, change));
+    Scaled(changes[band], impl.exit_angle_factor, changes[band]);
+  });
+  return changes;
+}
+
 ParameterMaps ForwardModel::Transpose(const ParameterMaps& maps, const WeighFunction& weigh,
                                       std::span<const PlaneF> light) const {
   impl_->CheckDerivatives();
@@ -299,58 +325,6 @@ double ExitAngleFactor(Geometry geometry, double n_outside, double n_skin) {
   const double cos_view = std::cos(std::numbers::pi / 6.0);
   return (1.0 - FresnelReflectance(cos_view, n_outside, n_skin)) /
          (1.0 - DiffuseFresnelReflectance(n_outside, n_skin));
-}
-
-std::string_view RungName(Rung rung) {
-  switch (rung) {
-    case Rung::kLocal:
-      return "local";
-    case Rung::kHomogeneous:
-      return "homogeneous";
-    case Rung::kFirstOrder:
-      return "first-order";
-    case Rung::kFull:
-      return "full";
-  }
-  return "";
-}
-
-std::string_view EngineName(Engine engine) {
-  switch (engine) {
-    case Engine::kCascade:
-      return "cascade";
-    case Engine::kPyramid:
-      return "pyramid";
-    case Engine::kLowRank:
-      return "lowrank";
-  }
-  return "";
-}
-
-Engine EngineFromName(std::string_view name) {
-  for (const Engine engine : {Engine::kLowRank, Engine::kPyramid, Engine::kCascade}) {
-    if (name == EngineName(engine)) return engine;
-  }
-  throw InputError("there is no engine '" + std::string(name) + "'; known are: lowrank, pyramid, cascade");
-}
-
-std::string_view NameOf(BeneathTape beneath) {
-  switch (beneath) {
-    case BeneathTape::kEdge:
-      return "edge";
-    case BeneathTape::kMirrored:
-      return "mirrored";
-    case BeneathTape::kMean:
-      return "mean";
-  }
-  return "";
-}
-
-BeneathTape BeneathTapeFromName(std::string_view name) {
-  for (const BeneathTape beneath : {BeneathTape::kEdge, BeneathTape::kMirrored, BeneathTape::kMean})
-    if (name == NameOf(beneath)) return beneath;
-  throw InputError("skin beneath the tape cannot be '" + std::string(name) +
-                   "'; known are: edge, mirrored, mean");
 }
 
 }  // namespace dermap

@@ -110,6 +110,8 @@ struct LogSensitivity {
   double junction_absorbance;
 };
 
+class BandRenderer;
+
 class ForwardModel {
  public:
   // Throws InputError where bands, conditions or options make no sense.
@@ -145,6 +147,19 @@ class ForwardModel {
   // Jacobian. Planes of `change` may be empty: no change.
   std::vector<PlaneF> Tangent(const ParameterMaps& maps, const ParameterMaps& change,
                               std::span<const PlaneF> light = {}) const;
+  // The same for several changes of the same maps: the render is done once and all of it kept, in every band.
+  // Borrows model and maps.
+  class Kept {
+   public:
+    Kept(const ForwardModel& model, const ParameterMaps& maps);
+    ~Kept();
+    std::vector<PlaneF> Tangent(const ParameterMaps& change) const;
+
+   private:
+    const ForwardModel& model_;
+    const ParameterMaps& maps_;
+    std::vector<std::unique_ptr<BandRenderer>> renderers_;  // [band]
+  };
   // The derivatives by the maps of the sum over bands and pixels of weights * reflectance: the product with
   // the Jacobian's transpose. `weigh` is told every band's reflectance once it is rendered, in any order and
   // from several threads, and gives the band's weights.

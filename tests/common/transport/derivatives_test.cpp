@@ -96,6 +96,12 @@ TEST_P(Derivatives, TransposeIsTheTranspose) {
   for (std::size_t i = 0; i < backward.junction_absorbance.size(); ++i)
     right += Dot(backward.junction_absorbance[i], change.junction_absorbance[i]);
   EXPECT_NEAR(left, right, 1e-5 * scale);
+  const ForwardModel::Kept kept(model, maps);
+  kept.Tangent(ChangeOf(maps, 30));
+  const std::vector<PlaneF> again = kept.Tangent(change);  // whatever was asked before
+  for (int b = 0; b < 3; ++b)
+    for (std::size_t i = 0; i < again[b].size(); ++i)
+      ASSERT_EQ(again[b].data()[i], forward[b].data()[i]) << b << ' ' << i;
 }
 
 // Source: central differences of the render, Richardson's extrapolation of two steps. Single
