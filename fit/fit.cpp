@@ -11,35 +11,17 @@
 
 #include "common/core/parallel.h"
 #include "common/optics/profile_source.h"
-#include "fit/ceres_reference.h"
-#include "fit/descent.h"
-#include "fit/fast.h"
 #include "fit/free_under_prior.h"
 #include "fit/local_scatter.h"
+#include "fit/methods.h"
 #include "fit/prepare.h"
 #include "fit/resample.h"
 #include "fit/run_log.h"
 #include "fit/size.h"
-#include "fit/start_maps.h"
 #include "fit/uncertainty.h"
 
 namespace dermap {
 namespace {
-
-constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
-
-// What a method leaves behind.
-struct Outcome {
-  std::vector<Parameter> free;
-  FitState state;
-  bool converged = false;
-  std::optional<double> adapted_parameters;  // where it was measured
-  std::vector<PlaneF> variance;        // of each free parameter, scaled units; empty: from single pixels
-  std::vector<PlaneF> noise_variance;  // the same by noise alone, where that is much less
-  bool grossly_told = false;           // what was told is far from what the data speak for
-  double scatter = 1.0;                // of residuals over noise that `variance` holds already
-  std::vector<Candidate> candidates;
-};
 
 template <class... Args>
 std::string Format(const char* format, Args... args) {
@@ -77,132 +59,7 @@ int ChooseSize(const FitData& data, const FitOptions& options, const ModelMaker&
                                options.time_budget_s, log.decisions);
 }
 
-Outcome RunDescent(const FitData& data, const ForwardModel& model, const std::vector<Parameter>& free,
-                   const FitOptions& options, RunLog& log) {
-  PatchProblem problem(data, model, ParameterSpace(free));
-  ParameterMaps start =
-      StartMaps(problem, PointOf(options.fixed_values, model.tissue().junction_absorbance), options, log);
-  DescentOutcome descent = Descend(problem, std::move(start), options, log);
-  log.renders_before += problem.renders();
-  log.Decide(Format(
-      "Degrees of freedom: data less %.1f parameters a fitted pixel, the share of %d that simulated fits "
-      "adapted to.",
-      descent.state.misfit.adapted_share * problem.space().count(), problem.space().count()));
-  Outcome outcome;
-  outcome.free = problem.space().free();
-  outcome.state = std::move(descent.state);
-  outcome.converged = descent.converged;
-  return outcome;
-}
-
-void SayWhatIsFree(const FastOutcome& fast, int band_count, RunLog& log) {
-  const Candidate& chosen = fast.candidates.front();
-  std::vector<Parameter> fixed;
-  for (const Parameter p : AllUnknowns())
-    if (std::count(chosen.free.begin(), chosen.free.end(), p) == 0 &&
-        std::count(chosen.absent.begin(), chosen.absent.end(), p) == 0)
-      fixed.push_back(p);
-  std::string sentence = "The evidence asks for " + NamesOf(chosen.free) + " to be free";
-  if (!fixed.empty()) sentence += "; at average skin's value: " + NamesOf(fixed);
-  if (!chosen.absent.empty()) sentence += "; absent: " + NamesOf(chosen.absent);
-  log.Decide(sentence + ".");
-  if (LacksBands(fast.candidates, band_count))
-    log.Decide(
-        "With so few bands the maps hang on the values of what is fixed; sigma holds how far those may be "
-        "off.");
-}
-
-Outcome OutcomeOf(FastOutcome fast) {
-  Outcome outcome;
-  outcome.free = std::move(fast.free);
-  outcome.state = std::move(fast.state);
-  outcome.converged = fast.converged;
-  outcome.adapted_parameters = fast.adapted_parameters;
-  outcome.variance = std::move(fast.variance);
-  outcome.noise_variance = std::move(fast.noise_variance);
-  outcome.scatter = fast.detail.scatter[0];
-  outcome.grossly_told = std::any_of(fast.doubts.all().begin(), fast.doubts.all().end(),
-                                     [](const Doubt& doubt) { return doubt.IsGross(); });
-  outcome.candidates = std::move(fast.candidates);
-  return outcome;
-}
-
-Outcome RunFast(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
-                const FitOptions& options, RunLog& log) {
-  if (options.start == StartPoint::kRandom)
-    log.Decide("The fast fit always starts from the closed-form inversion: --start random was not followed.");
-  FastOutcome fast = FitCoarseToFine(data, model, AskedFor(options), make_model, options, log);
-  if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
-  log.Decide(Format("Degrees of freedom: the data decide %.2f parameters a pixel; the rest is prior.",
-                    fast.adapted_parameters / static_cast<double>(fast.state.misfit.chi2_map.size())));
-  if (fast.suspect)
-    log.Decide(Format(
-        "Band %.0f nm is %.1f %% too %s against all others (is its gain, exposure or filter wrong?); the fit "
-        "divided it by that.",
-        data.bands[fast.suspect->band].wavelength_nm, 100.0 * std::abs(fast.suspect->gain_error),
-        fast.suspect->gain_error > 0.0 ? "bright" : "dark"));
-  for (const Doubt& doubt : fast.doubts.all())
-    if (doubt.probability > Doubts::kLikely)
-      log.Decide(Format(
-          doubt.assumption == Assumption::kPixelSize
-              ? "Detail is blurred as if pixels were %.2f times the size told (give or take %.0f %%): is "
-                "pixel_size right, and the picture sharp? Sigma was widened by what that would change."
-              : "The data speak for an epidermis %.2f times as thick as told (give or take %.0f %%); sigma "
-                "was widened by what that would change.",
-          std::exp(doubt.log_error), 100.0 * doubt.sigma));
-  if (fast.freed_late)
-    log.Decide("At full size that left too much of the data unexplained: all parameters were freed.");
-  if (fast.detail.scatter[0] > kLoudScatter)
-    log.Decide(
-        Format("Residuals scatter %.2f times as far as the stated noise; sigma was widened by as much.",
-               std::sqrt(fast.detail.scatter[0])));
-  return OutcomeOf(std::move(fast));
-}
-
-// The fast fit's variances hold also what all pixels share and what it was told; the reference's the lateral
-// coupling to the letter.
-void TakeLarger(const std::vector<PlaneF>& other, std::vector<PlaneF>& variance) {
-  for (std::size_t j = 0; j < variance.size(); ++j)
-    for (std::size_t i = 0; i < variance[j].size(); ++i)
-      variance[j].data()[i] = std::max(variance[j].data()[i], other[j].data()[i]);
-}
-
-// The reference takes over what the fast fit found to be free, and how much detail there is. On small patches
-// it starts where the fast fit starts, from the closed-form inversion; on others, where gradients alone lead,
-// from the fast fit's maps, whose objective it can only lower.
-Outcome RunReference(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
-                     const FitOptions& options, RunLog& log) {
-  FastOutcome fast = FitCoarseToFine(data, model, options.free_parameters, make_model, options, log);
-  if (!fast.candidates.empty()) SayWhatIsFree(fast, data.band_count(), log);
-  PatchProblem problem(data, model, ParameterSpace(fast.free));
-  const DetailView detail = ViewFrom(fast.detail, 0);
-  const Posterior posterior(problem, detail, fast.fixed);
-  const double objective = posterior.Value(posterior.PositionOf(fast.state.maps));
-  const bool dense = data.fitted.size() <= kDensePixels;
-  if (log.Stopped()) {
-    fast.converged = false;
-    return OutcomeOf(std::move(fast));
-  }
-  FitOptions local = options;
-  if (options.start != StartPoint::kRandom) local.start = StartPoint::kLocal;
-  const bool from_fast = options.resume || (!dense && options.start != StartPoint::kRandom);
-  const ParameterMaps start = from_fast ? fast.state.maps : StartMaps(problem, fast.fixed, local, log);
-  ReferenceOutcome reference =
-      dense ? MinimiseDense(posterior, detail, start, options.max_iterations, log)
-            : MinimiseByGradient(posterior, start, fast.spread, options.max_iterations, log);
-  log.Decide(Format("%s ended at an objective of %.1f after %d evaluations; the fast fit's maps have %.1f.",
-                    dense ? "Levenberg-Marquardt with the dense Jacobian" : "L-BFGS with the adjoint",
-                    reference.objective, reference.evaluations, objective));
-  Outcome outcome = OutcomeOf(std::move(fast));
-  outcome.state = problem.StateOf(std::move(reference.maps));
-  outcome.converged = reference.converged;
-  if (dense) TakeLarger(reference.variance, outcome.variance);
-  log.renders_before += problem.renders() + reference.evaluations;
-  log.Add(outcome.state.misfit, problem.space().count(), 0);
-  return outcome;
-}
-
-void FillMisfit(const Outcome& outcome, FitResult& result) {
+void FillMisfit(const MethodOutcome& outcome, FitResult& result) {
   const Misfit& misfit = outcome.state.misfit;
   result.rms_residual = misfit.rms;
   result.rms_residual_per_band = misfit.rms_per_band;
@@ -222,7 +79,7 @@ void FillMisfit(const Outcome& outcome, FitResult& result) {
 }
 
 // chi2 a datum where residuals are as everywhere.
-double ExpectedScatter(const Outcome& outcome, const FitResult& result) {
+double ExpectedScatter(const MethodOutcome& outcome, const FitResult& result) {
   return outcome.scatter * result.degrees_of_freedom /
          static_cast<double>(std::max<std::size_t>(result.data_count, 1));
 }
@@ -270,7 +127,7 @@ ForwardOptions ForwardOptionsFor(const FitData& data, const FitOptions& options,
   return forward;
 }
 
-FitResult Collect(const PatchProblem& problem, const FitData& data, Outcome outcome,
+FitResult Collect(const PatchProblem& problem, const FitData& data, MethodOutcome outcome,
                   const FitOptions& options, RunLog& log) {
   FitResult result;
   result.bands = data.bands;
@@ -350,13 +207,13 @@ FitResult FitStack(const ReflectanceStack& stack, const FitOptions& options, con
         Format("Sigma was widened by %g of the reflectance for the averaging of areas.", kReductionError));
   }
   const ForwardModel model = make_model(data.conditions);
-  Outcome outcome;
+  MethodOutcome outcome;
   switch (options.method) {
     case FitMethod::kFast:
       outcome = RunFast(data, model, make_model, options, log);
       break;
     case FitMethod::kDescent:
-      outcome = RunDescent(data, model, free, options, log);
+      outcome = RunDescent(data, model, make_model, free, options, log);
       break;
     case FitMethod::kCeres:
       outcome = RunReference(data, model, make_model, options, log);

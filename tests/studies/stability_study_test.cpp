@@ -59,10 +59,7 @@ TEST(StabilityStudy, FastIsNeverSilentlyWrongHere) {
   StabilityStudyOptions options{
       .quick = true, .sweeps = {"melanin", "gain", "drift", "noise", "misregistration"}, .methods = {}};
   const StabilityStudy study = RunStabilityStudy(folder.path(), options, {});
-  // Drift is an error that all pixels share, and a quick point is one draw of it: of five parameters'
-  // intervals of 95 % one misses the truth in one such draw of five.
-  EXPECT_LE(study.silently_wrong.size(), 1u);
-  for (const std::size_t i : study.silently_wrong) EXPECT_EQ(study.points[i].sweep, "drift");
+  EXPECT_TRUE(study.silently_wrong.empty());
   // Bands displaced by a fifth of a pixel are flagged beside edges before the error doubles.
   EXPECT_LE(study.flagged_inside.size(), 1u);
   int edges = 0;
