@@ -115,9 +115,10 @@ BlurTable MeasureBlur(const ForwardModel& model, std::span<const ParameterVector
     const ForwardModel scaled = exact.With(conditions);
     for (const ParameterVector& skin : skins) {
       const ParameterMaps rough = RoughSkin(skin, model.tissue().junction_absorbance);
+      const ForwardModel::Kept render(scaled, rough);
       std::vector<BlurShare> shares(model.band_count());
       for (const Change& change : changes) {
-        const std::vector<PlaneF> response = scaled.Tangent(rough, change.maps);
+        const std::vector<PlaneF> response = render.Tangent(change.maps);
         for (int b = 0; b < model.band_count(); ++b)
           shares[b].*change.share = Regress(detail, response[b], UniformGain(model, b, skin, change.share));
       }

@@ -22,6 +22,7 @@ namespace {
 constexpr double kRest = 0.15, kCoarseRest = 0.4;
 constexpr double kUnexplained = 4.0;       // chi2 a datum that calls for a search among the bands
 constexpr double kMostlyExplained = 0.25;  // of it may stay once the culprit is left out
+constexpr double kGainsAtWork = 0.2;       // share of chi2 below which no gain is searched for
 constexpr double kUnsettled = 1.25;        // chi2 a datum above which more is freed than was chosen
 constexpr double kSettled = 0.8;           // of chi2, at most, must stay for that
 constexpr int kCheckedSize = 64;           // pixels along the longer side, at which the pixels' is doubted
@@ -178,7 +179,7 @@ class CoarseToFine {
   // gross error can lead the fit with all bands too far astray for the check of the mean.
   void LeaveOneOut(FitData& data, const ForwardModel& model, int first) {
     const PatchProblem all(data, model, ParameterSpace(outcome_.free));
-    if (data.band_count() < kParameterCount + 2) return;
+    if (data.band_count() < kParameterCount + 2 || ShareOfGains(data) < kGainsAtWork) return;
     std::optional<FastOutcome> best;
     double least = kMostlyExplained * outcome_.state.misfit.Chi2PerDatum();
     SuspectBand suspect;
@@ -205,6 +206,23 @@ class CoarseToFine {
     std::copy(best->detail.prior.begin(), best->detail.prior.end(), outcome_.detail.prior.begin());
     std::copy(best->detail.scatter.begin(), best->detail.scatter.end(), outcome_.detail.scatter.begin());
     outcome_.state = PatchProblem(data, model, all.space()).StateOf(std::move(best->state.maps));
+  }
+
+  // Of chi2, what bands' gains alone would explain: a gross one leaves the others off as well.
+  double ShareOfGains(const FitData& data) const {
+    double explained = 0.0;
+    for (int b = 0; b < data.band_count(); ++b) {
+      double weights = 0.0, sum = 0.0;
+      for (std::size_t i = 0; i < data.fitted.size(); ++i) {
+        if (!data.fitted.data()[i] || !data.Has(b, i)) continue;
+        const LogResidual datum = LogResidualOf(data.measured[b].data()[i], data.sigma[b].data()[i],
+                                                outcome_.state.predicted[b].data()[i]);
+        weights += datum.weight * datum.weight;
+        sum += datum.weight * datum.residual;
+      }
+      if (weights > 0.0) explained += sum * sum / weights;
+    }
+    return explained / outcome_.state.misfit.chi2;
   }
 
   static double GainError(const FitData& data, int band, const PlaneF& predicted) {
