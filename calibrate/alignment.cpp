@@ -19,7 +19,9 @@ namespace {
 constexpr double kSmooth_px = 1.0;  // against noise
 constexpr int kTapeBlur_px =
     6;  // along the border: darkened by the tape's edge, kept out of the smoothing too
-constexpr double kCoarse_px = 16.0;  // what is smoother than this is light and shape, not structure
+// What is smoother than this (0.23 mm) is light and shape, not structure: light spreads as far as that, in
+// each band by another length, and a freckle's halo then seems to lie elsewhere.
+constexpr double kCoarse_px = 8.0;
 constexpr double kDarkest = 0.003;
 constexpr int kPasses = 4;                // the mean of the others becomes sharper as they move into place
 constexpr int kIterations = 12;           // of one search
@@ -32,7 +34,7 @@ constexpr double kPi = 3.14159265358979323846;
 // window has been followed already; on skin without much structure more freedom would only follow noise.
 constexpr std::array<double, Warp::kModes> kPrior_px{0.5, 0.15, 0.15, 0.3, 0.15, 0.15};
 constexpr int kAffineModes = 3;
-constexpr double kSkinAtTape_px = 0.05;  // what the tape lets skin move at its border, one standard deviation
+constexpr double kSkinAtTape_px = 0.03;  // what the tape lets skin move at its border, one standard deviation
 using Prior = std::array<double, Warp::kModes>;
 
 Prior PriorOf(double window_sigma_px) {
