@@ -20,12 +20,7 @@ class SharedNoise {
  public:
   void Clear() { entries_.clear(); }
   void Add(int x, int y, double deviation) { entries_.push_back({y, x, deviation}); }
-  double Variance(bool repeated) {
-    if (!repeated) {  // no photosite occurs twice
-      double plain = 0.0;
-      for (const Entry& e : entries_) plain += e.deviation * e.deviation;
-      return plain;
-    }
+  double Variance() {
     std::sort(entries_.begin(), entries_.end(),
               [](const Entry& a, const Entry& b) { return a.y != b.y ? a.y < b.y : a.x < b.x; });
     double sum = 0.0;
@@ -82,7 +77,7 @@ ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px,
   for (int y = 0; y < patch_px; ++y) {
     for (int x = 0; x < patch_px; ++x) {
       double sum = 0.0;
-      double skin = 0.0;
+      double variance = 0.0;
       int count = 0;
       shared.Clear();
       for (const Resampler& resampler : resamplers) {
@@ -90,12 +85,16 @@ ResampledPatch ResamplePatch(std::span<const PatchSource> sources, int patch_px,
         if (!weights.valid) continue;
         ++count;
         sum += weights.value;
-        skin += resampler.SkinVariance(weights);
+        if (resamplers.size() == 1) {
+          variance = resampler.Variance(weights);
+          continue;
+        }
+        variance += resampler.SkinVariance(weights);
         resampler.SpectralonDeviations(weights, [&](int px, int py, double d) { shared.Add(px, py, d); });
       }
       if (count == 0) continue;
       patch.reflectance(x, y) = static_cast<float>(sum / count);
-      patch.sigma(x, y) = static_cast<float>(std::sqrt(skin + shared.Variance(count > 1)) / count);
+      patch.sigma(x, y) = static_cast<float>(std::sqrt(variance + shared.Variance()) / count);
     }
   }
   return patch;

@@ -43,6 +43,15 @@ class Resampler {
     return sum;
   }
 
+  // Of skin and Spectralon together, for a Spectralon frame that no other pixel source shares.
+  double Variance(const PixelWeights& w) const {
+    double sum = 0.0;
+    ForEach(w, [&](int x, int y, double c) {
+      sum += c * c * (noise_.skin_variance(x, y) + noise_.spectralon_variance(x, y));
+    });
+    return sum;
+  }
+
   // What each photosite of the Spectralon frame contributes to a pixel, in standard deviations; photosites of
   // the whole frame.
   template <class Add>
@@ -74,9 +83,10 @@ class Resampler {
  private:
   template <class Body>
   static void ForEach(const PixelWeights& w, const Body& body) {
+    const double* c = w.coefficients.data();
     for (int y = w.y0; y < w.y0 + w.height; ++y) {
-      for (int x = w.x0; x < w.x0 + w.width; ++x) {
-        if (const double c = w.Of(x, y); c != 0.0) body(x, y, c);
+      for (int x = w.x0; x < w.x0 + w.width; ++x, ++c) {
+        if (*c != 0.0) body(x, y, *c);
       }
     }
   }
