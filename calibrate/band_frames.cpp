@@ -6,12 +6,12 @@
 #include <cmath>
 #include <utility>
 
+#include "calibrate/band_steps.h"
 #include "calibrate/failure.h"
 #include "calibrate/frame_checks.h"
 #include "calibrate/frame_picture.h"
 #include "calibrate/spectralon.h"
 #include "calibrate/statistics.h"
-#include "calibrate/stray_light.h"
 #include "common/core/error.h"
 
 namespace dermap {
@@ -95,29 +95,6 @@ SkinMosaic MakeMosaic(const SessionContext& context, SignalFrame& skin, SignalFr
   return out;
 }
 
-// Means of the window's middle, for what the steps did.
-struct MiddleMeans {
-  double skin = 0.0, spectralon = 0.0;
-  double skin_square = 0.0,
-         spectralon_square = 0.0;  // weighted by the signals themselves: Spectralon's strong ones
-};
-
-MiddleMeans MeansOf(const Mosaic& mosaic) {
-  MiddleMeans sum;
-  for (int y = mosaic.height() / 4; y < mosaic.height() * 3 / 4; ++y) {
-    for (int x = mosaic.width() / 4; x < mosaic.width() * 3 / 4; ++x) {
-      if (mosaic.mask(x, y) != 0) continue;
-      sum.skin += mosaic.skin(x, y);
-      sum.spectralon += mosaic.spectralon(x, y);
-      sum.skin_square += double(mosaic.skin(x, y)) * mosaic.spectralon(x, y);
-      sum.spectralon_square += double(mosaic.spectralon(x, y)) * mosaic.spectralon(x, y);
-    }
-  }
-  const double count = std::max(1.0, double(mosaic.width()) * mosaic.height() / 4.0);
-  return {sum.skin / count, sum.spectralon / count, sum.skin_square / sum.spectralon,
-          sum.spectralon_square / sum.spectralon};
-}
-
 // The window, or what stands in its place.
 Window WindowOf(const SessionContext& context, const SkinMosaic& whole, const std::string& file) {
   try {
@@ -148,110 +125,6 @@ PlaneF CropToWindow(const Window& window, Mosaic& mosaic) {
   Mosaic crop = Crop(mosaic, left - margin, top - margin, right + margin, bottom + margin);
   std::swap(mosaic, crop);
   return std::move(crop.spectralon);
-}
-
-StepRecord LinearityStep(const SessionContext& context, const SignalFrame& skin, const MiddleMeans& means) {
-  StepRecord step{Step::kLinearity, false, 0.0, 0.0, context.linearity.note};
-  const auto& known = context.linearity.used;
-  if (!known) return step;
-  const double scale = context.blacks.FullScale(*skin.black);
-  const double difference = (means.skin_square - means.spectralon_square) / scale;
-  step.applied = context.skip.count(Step::kLinearity) == 0;
-  if (!step.applied) step.note = "left out: " + step.note;
-  step.effect = step.applied ? known->value * difference : 0.0;
-  step.sigma = step.applied ? known->sigma * std::abs(difference) : std::abs(known->value * difference);
-  return step;
-}
-
-// What the black frames and the mask of hot photosites did.
-void AddFrameSteps(const SessionContext& context, const SignalFrame& skin, const MiddleMeans& means,
-                   BandCalibration& record) {
-  const double black = skin.black->level_dn;
-  const double with = means.skin / means.spectralon;
-  const double without = (means.skin + black) / (means.spectralon + black);
-  StepRecord subtracted{Step::kBlack, context.blacks.options().subtract_black, with / without - 1.0, 0.0, ""};
-  if (!subtracted.applied) subtracted.note = "left out: the file's own black level was subtracted";
-  subtracted.note += subtracted.note.empty() ? Short(black) + " DN" : "";
-  record.steps.push_back(subtracted);
-  const bool hot = context.blacks.options().mask_hot;
-  record.steps.push_back(
-      {Step::kHotPhotosites, hot, 0.0, 0.0,
-       hot ? Short(100 * context.blacks.hot_share()) + " % of the sensor masked" : "left out"});
-  record.steps.push_back(LinearityStep(context, skin, means));
-}
-
-// Stray light off the mosaic; the gray card's ratio without it.
-double CorrectStrayLight(const SessionContext& context, const Window& window, const FrameMeans& frames,
-                         double certificate, const MiddleMeans& means, SkinMosaic& skin,
-                         BandCalibration& record) {
-  const auto& tape = context.session.rig.optics.tape_reflectance;
-  // The tape's reflectance is meant as the camera sees it, behind its polarizer; Spectralon's signal is not
-  // its mean.
-  const auto& polarization = context.session.rig.optics.polarization;
-  const double seen = polarization ? SpectralonSignal(*polarization, record.band.wavelength_nm) : 1.0;
-  const StrayLight found =
-      EstimateStrayLight(skin.mosaic, window, frames, skin.card, certificate * seen, tape.value_or(Known{}));
-  StepRecord step{Step::kStrayLight, false, 0.0, 0.0, ""};
-  if (tape && skin.mosaic.period != 2) {
-    step.note = "not possible with this filter pattern: a lattice holds several colours";
-    record.steps.push_back(step);
-    return skin.card.ratio;
-  }
-  if (!tape) {
-    step.note = "the rig states no tape_reflectance; the tape seems to reflect " + Short(found.tape) +
-                ", its own reflectance and the lens's stray light together";
-    record.steps.push_back(step);
-    return skin.card.ratio;
-  }
-  const auto effect = [&](double share) {
-    double off_skin = 0.0, off_white = 0.0;
-    for (int i = 0; i < kLatticeCount; ++i) {
-      off_skin += share * frames.skin[i] / kLatticeCount;
-      off_white += share * frames.spectralon[i] / kLatticeCount;
-    }
-    return (means.skin - off_skin) / means.skin * means.spectralon / (means.spectralon - off_white) - 1.0;
-  };
-  step.sigma = std::abs(effect(found.share.value + found.share.sigma) - effect(found.share.value));
-  if (context.skip.count(Step::kStrayLight) != 0) {
-    step.note = "left out";
-    step.sigma = std::abs(effect(found.share.value));
-    record.steps.push_back(step);
-    return skin.card.ratio;
-  }
-  step.applied = true;
-  step.effect = effect(found.share.value) + skin.card.ratio / found.card_ratio - 1.0;
-  step.note =
-      Short(100 * found.share.value) + " +- " + Short(100 * found.share.sigma) + " % of the frame's mean";
-  RemoveStrayLight(found.share.value, frames, skin.mosaic);
-  record.steps.push_back(step);
-  return found.card_ratio;
-}
-
-// The scale that makes the mosaic's ratio a reflectance: drift, certificate, polarization.
-void SetScale(const SessionContext& context, double card_ratio, const Known& certificate, SkinMosaic& skin,
-              BandCalibration& record) {
-  const double iso = double(skin.skin_iso) / skin.spectralon_iso;
-  const double drift = card_ratio / iso;
-  record.gray_card_drift.push_back(drift);
-  const bool follow = context.skip.count(Step::kFlashDrift) == 0;
-  record.steps.push_back({Step::kFlashDrift, follow, follow ? 1.0 / drift - 1.0 : 0.0,
-                          follow ? 0.0 : std::abs(drift - 1.0), follow ? "" : "left out"});
-  const bool certified = context.skip.count(Step::kCertificate) == 0;
-  record.steps.push_back({Step::kCertificate, certified, certified ? certificate.value - 1.0 : 0.0,
-                          certified ? certificate.sigma : std::abs(certificate.value - 1.0),
-                          certified ? "" : "left out: Spectralon counts as 1"});
-  skin.mosaic.scale = (certified ? certificate.value : 1.0) / (follow ? card_ratio : iso);
-  const auto& polarization = context.session.rig.optics.polarization;
-  StepRecord step{Step::kPolarization, false, 0.0, 0.0, "the rig states none"};
-  if (polarization) {
-    const Known factor = PolarizationFactor(*polarization, record.band.wavelength_nm);
-    step.applied = context.skip.count(Step::kPolarization) == 0;
-    step.effect = step.applied ? factor.value - 1.0 : 0.0;
-    step.sigma = step.applied ? factor.sigma / factor.value : std::abs(factor.value - 1.0);
-    step.note = step.applied ? "" : "left out";
-    if (step.applied) skin.mosaic.scale *= factor.value;
-  }
-  record.steps.push_back(step);
 }
 
 // One skin frame beside the Spectralon: window, stray light, scale.

@@ -9,6 +9,7 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr double kWholly = 6.0;  // standard deviations; 1e-9 of a Gaussian lies beyond
+constexpr double kBeyond = 7.0;  // 1e-12
 
 }  // namespace
 
@@ -21,11 +22,12 @@ double NormalDensity(double z) {
 }
 
 EdgeLoss BlurredLoss(double d, double length, double blur) {
+  if (d < -kBeyond * blur) return {};
   const double ratio = blur / length;
   const double z = d / blur - ratio;
   const double inside = z > kWholly ? 1.0 : NormalIntegral(z);
   const double loss = inside > 0.0 ? 0.5 * std::exp(0.5 * ratio * ratio - d / length) * inside : 0.0;
-  const double bell = 0.5 * NormalDensity(d / blur) / blur;
+  const double bell = d > kBeyond * blur ? 0.0 : 0.5 * NormalDensity(d / blur) / blur;
   return {loss, bell - loss / length, ratio / length * loss - bell * (d / blur + ratio)};
 }
 

@@ -3,12 +3,12 @@
 // residuals: hairs, frayed tape and bits of dust are outliers.
 #include "calibrate/edge_model.h"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <vector>
 
 #include "calibrate/edge_loss.h"
+#include "calibrate/edge_normal.h"
 #include "calibrate/edge_samples.h"
 #include "calibrate/statistics.h"
 
@@ -45,11 +45,12 @@ constexpr double kAcrossSigma = 0.3;                    // change of the level o
 
 constexpr int kBlur = 0;
 constexpr int kLossShare = 1;
-constexpr int kLossLength = 2;  // its logarithm
-constexpr int kShifts = 3;      // first of the edges' shifts, two an edge
-constexpr int kShared = kShifts + 8;
-constexpr int kPerSegment = 4;  // outside, inside, its slopes across and along
-constexpr int kTerms = kShifts + 2 + kPerSegment;
+constexpr int kLossLength = 2;                 // its logarithm
+constexpr int kShifts = 3;                     // first of the edges' shifts, two an edge
+constexpr int kPerSegment = EdgeNormal::kOwn;  // outside, inside, its slopes across and along
+static_assert(EdgeNormal::kShared == kShifts + 8);
+constexpr int kSharedTerms = kShifts + 2;  // of one sample
+constexpr double kBeyond = 7.0;            // widths of the blur outside of which no light of the inside falls
 
 struct Model {
   double blur = kFirstBlur_px;
@@ -63,8 +64,11 @@ struct Model {
 };
 
 struct Terms {
-  std::array<int, kTerms> index;
-  std::array<double, kTerms> gradient;
+  int edge = 0, segment = 0;
+  std::array<double, kSharedTerms> shared{};  // by blur, share, length, and the edge's two shifts
+  EdgeNormal::Own own{};
+  // Index of a shared parameter.
+  int Index(int i) const { return i < kShifts ? i : kShifts + 2 * edge + (i - kShifts); }
 };
 
 struct Loss {
@@ -93,7 +97,12 @@ double Evaluate(const Model& m, const EdgeSample& p, Terms& out) {
   const auto edge = static_cast<std::size_t>(p.edge);
   const double share = p.t / m.length[edge];
   const double d = p.s - (m.shift[2 * edge] * (1 - share) + m.shift[2 * edge + 1] * share);
+  out = {p.edge, p.segment, {}, {}};
   const double z = d / m.blur;
+  if (z < -kBeyond) {
+    out.own[0] = 1.0;
+    return outside;
+  }
   const double e = NormalIntegral(z);
   const double bell = NormalDensity(z);
   const double ramp = d * e + m.blur * bell;  // the blurred ramp that begins at the edge
@@ -107,22 +116,12 @@ double Evaluate(const Model& m, const EdgeSample& p, Terms& out) {
   by_distance -= inside * m.share * lost.loss.by_distance;
   by_blur -= inside * m.share * lost.loss.by_blur;
   by_inside -= m.share * lost.loss.loss;
-  out.index[kLossShare] = kLossShare;
-  out.gradient[kLossShare] = -inside * lost.loss.loss;
-  out.index[kLossLength] = kLossLength;
-  out.gradient[kLossLength] = -inside * m.share * lost.by_log_length;
-  out.index[0] = kBlur;
-  out.gradient[0] = by_blur;
-  const int at = kShifts;
-  for (int i = 0; i < 2; ++i) {
-    out.index[at + i] = kShifts + 2 * p.edge + i;
-    out.gradient[at + i] = -by_distance * (i == 0 ? 1 - share : share);
-  }
-  const std::array<double, kPerSegment> own{1.0 - e, by_inside, ramp, p.u * e};
-  for (int i = 0; i < kPerSegment; ++i) {
-    out.index[at + 2 + i] = kShared + kPerSegment * p.segment + i;
-    out.gradient[at + 2 + i] = own[static_cast<std::size_t>(i)];
-  }
+  out.shared[kBlur] = by_blur;
+  out.shared[kLossShare] = -inside * lost.loss.loss;
+  out.shared[kLossLength] = -inside * m.share * lost.by_log_length;
+  out.shared[kShifts] = -by_distance * (1 - share);
+  out.shared[kShifts + 1] = -by_distance * share;
+  out.own = {1.0 - e, by_inside, ramp, p.u * e};
   return value;
 }
 
@@ -154,39 +153,53 @@ double RobustWeight(double sigmas, bool redescend) {
 }
 
 // Pulls what noise alone would leave open towards none.
-void AddPriors(const Model& model, double sigma, Eigen::MatrixXd& normal, Eigen::VectorXd& right) {
-  const auto pull = [&](Eigen::Index i, double value, double width) {
+void AddPriors(const Model& model, double sigma, EdgeNormal& normal) {
+  const auto pull = [&](double value, double width, double& diagonal, double& right) {
     const double weight = sigma * sigma / (width * width);
-    normal(i, i) += weight;
-    right(i) -= weight * value;
+    diagonal += weight;
+    right -= weight * value;
   };
-  pull(kLossShare, model.share - model.expected_share, kShareSigma);
-  pull(kLossLength, model.log_length - std::log(kLength_mm), kLengthSigma);
+  pull(model.share - model.expected_share, kShareSigma, normal.shared[kLossShare][kLossShare],
+       normal.right[kLossShare]);
+  pull(model.log_length - std::log(kLength_mm), kLengthSigma, normal.shared[kLossLength][kLossLength],
+       normal.right[kLossLength]);
   for (std::size_t g = 0; g < model.levels.size(); ++g) {
     const double width =
         kAcrossSigma * std::max(0.01, std::abs(model.levels[g][1])) / model.reach[0].inside_px;
-    pull(static_cast<Eigen::Index>(kShared + kPerSegment * g) + 2, model.levels[g][2], width);
+    pull(model.levels[g][2], width, normal.stretches[g].own[2][2], normal.stretches[g].right[2]);
   }
 }
 
-void Move(const Eigen::VectorXd& step, Model& model) {
-  model.blur = std::clamp(model.blur + std::clamp(step(kBlur), -0.2, 0.2), kLeastBlur_px, kMostBlur_px);
-  model.share += std::clamp(step(kLossShare), -0.3, 0.3);
-  model.log_length =
-      std::max(std::log(kShortestLength_mm), model.log_length + std::clamp(step(kLossLength), -0.7, 0.7));
-  for (int i = 0; i < 8; ++i)
-    model.shift[static_cast<std::size_t>(i)] += std::clamp(step(kShifts + i), -0.7, 0.7);
+void Add(const Terms& t, double weight, double residual, EdgeNormal& normal) {
+  EdgeNormal::Stretch& stretch = normal.stretches[static_cast<std::size_t>(t.segment)];
+  for (int i = 0; i < kSharedTerms; ++i) {  // indices ascend: the lower triangle
+    const double weighted = weight * t.shared[i];
+    const int row = t.Index(i);
+    normal.right[row] += weighted * residual;
+    for (int j = 0; j <= i; ++j) normal.shared[row][t.Index(j)] += weighted * t.shared[j];
+    for (int j = 0; j < kPerSegment; ++j) stretch.cross[j][row] += weighted * t.own[j];
+  }
+  for (int i = 0; i < kPerSegment; ++i) {
+    stretch.right[i] += weight * t.own[i] * residual;
+    for (int j = 0; j <= i; ++j) stretch.own[i][j] += weight * t.own[i] * t.own[j];
+  }
+}
+
+void Move(const EdgeStep& step, Model& model) {
+  model.blur =
+      std::clamp(model.blur + std::clamp(step.shared[kBlur], -0.2, 0.2), kLeastBlur_px, kMostBlur_px);
+  model.share += std::clamp(step.shared[kLossShare], -0.3, 0.3);
+  model.log_length = std::max(std::log(kShortestLength_mm),
+                              model.log_length + std::clamp(step.shared[kLossLength], -0.7, 0.7));
+  for (std::size_t i = 0; i < model.shift.size(); ++i)
+    model.shift[i] += std::clamp(step.shared[kShifts + i], -0.7, 0.7);
   for (std::size_t g = 0; g < model.levels.size(); ++g) {
-    for (int j = 0; j < kPerSegment; ++j) {
-      model.levels[g][static_cast<std::size_t>(j)] +=
-          step(static_cast<Eigen::Index>(kShared + kPerSegment * g) + j);
-    }
+    for (std::size_t j = 0; j < kPerSegment; ++j) model.levels[g][j] += step.own[g][j];
   }
 }
 
 // One step; returns the scale of a weighted residual (robust standard deviation).
-double Step(const std::vector<EdgeSample>& samples, bool redescend, Model& model, Eigen::MatrixXd& normal) {
-  const auto unknowns = static_cast<Eigen::Index>(kShared + kPerSegment * model.levels.size());
+double Step(const std::vector<EdgeSample>& samples, bool redescend, Model& model, EdgeNormal& normal) {
   std::vector<Terms> terms(samples.size());
   std::vector<float> residuals(samples.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
@@ -194,27 +207,21 @@ double Step(const std::vector<EdgeSample>& samples, bool redescend, Model& model
     residuals[k] = static_cast<float>(std::sqrt(samples[k].weight) * r);
   }
   const double sigma = std::max(1e-9, MedianAndScatter(residuals).sigma);
-  normal = Eigen::MatrixXd::Zero(unknowns, unknowns);
-  Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
+  normal = {};
+  normal.stretches.resize(model.levels.size());
   for (std::size_t k = 0; k < samples.size(); ++k) {
     const double scale = Scale(model, samples[k], sigma);
     const double weight = samples[k].weight * RobustWeight(std::abs(residuals[k]) / scale, redescend);
-    const double r = residuals[k] / std::sqrt(samples[k].weight);
-    const Terms& t = terms[k];
-    for (int i = 0; i < kTerms; ++i) {  // indices ascend: the lower triangle
-      right(t.index[i]) += weight * t.gradient[i] * r;
-      for (int j = 0; j <= i; ++j) normal(t.index[i], t.index[j]) += weight * t.gradient[i] * t.gradient[j];
-    }
+    Add(terms[k], weight, residuals[k] / std::sqrt(samples[k].weight), normal);
   }
-  AddPriors(model, sigma, normal, right);
-  normal.diagonal().array() *= 1.0 + 1e-9;
-  Move(normal.selfadjointView<Eigen::Lower>().ldlt().solve(right), model);
+  AddPriors(model, sigma, normal);
+  Move(Solve(normal), model);
   return sigma;
 }
 
 struct Fitted {
   Model model;
-  Eigen::MatrixXd normal;
+  EdgeNormal normal;
   double sigma = 0.0;
 };
 
@@ -245,28 +252,13 @@ double Misfit(const std::vector<EdgeSample>& samples, const Model& model, double
 }
 
 // Standard deviation of an edge's shift in its middle.
-double Uncertainty(const Eigen::LDLT<Eigen::MatrixXd>& solver, Eigen::Index unknowns, int edge,
-                   double sigma) {
-  Eigen::VectorXd middle = Eigen::VectorXd::Zero(unknowns);
-  middle(kShifts + 2 * edge) = middle(kShifts + 2 * edge + 1) = 0.5;
-  return std::hypot(sigma * std::sqrt(std::max(0.0, middle.dot(solver.solve(middle)))), kModelError_px);
+double Uncertainty(const EdgeNormal& normal, int edge, double sigma) {
+  EdgeNormal::Shared middle{};
+  middle[kShifts + 2 * edge] = middle[kShifts + 2 * edge + 1] = 0.5;
+  return std::hypot(sigma * std::sqrt(std::max(0.0, VarianceAlong(normal, middle))), kModelError_px);
 }
 
 }  // namespace
-
-double Edge::length() const {
-  return std::hypot(to.x - from.x, to.y - from.y);
-}
-Point Edge::along() const {
-  return {(to.x - from.x) / length(), (to.y - from.y) / length()};
-}
-Point Edge::inwards() const {
-  return {-along().y, along().x};
-}
-Point Edge::At(double t, double s) const {
-  const Point a = along();
-  return {from.x + t * a.x - s * a.y, from.y + t * a.y + s * a.x};
-}
 
 std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std::array<Edge, 4>& edges,
                                                  double window_mm) {
@@ -286,11 +278,10 @@ std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std
   for (const double shift : fitted.model.shift) {
     if (!std::isfinite(shift) || std::abs(shift) > kFarthest_px) return std::nullopt;
   }
-  const Eigen::LDLT<Eigen::MatrixXd> solver(fitted.normal.selfadjointView<Eigen::Lower>());
   std::array<EdgeShift, 4> shifts;
   for (std::size_t i = 0; i < 4; ++i) {
     shifts[i] = {fitted.model.shift[2 * i], fitted.model.shift[2 * i + 1], fitted.model.blur,
-                 Uncertainty(solver, fitted.normal.rows(), static_cast<int>(i), fitted.sigma)};
+                 Uncertainty(fitted.normal, static_cast<int>(i), fitted.sigma)};
   }
   return shifts;
 }

@@ -6,23 +6,10 @@
 #include <array>
 #include <optional>
 
-#include "calibrate/homography.h"
+#include "calibrate/edge.h"
 #include "calibrate/mosaic.h"
 
 namespace dermap {
-
-struct Edge {
-  Point from, to;
-  double length() const;
-  Point along() const;  // unit vectors
-  // Corners run clockwise in the picture (y down), so the inside lies to the right of the direction of
-  // travel.
-  Point inwards() const;
-  Point At(double t, double s) const;  // t along, s inwards, photosites
-};
-
-inline constexpr double kCornerShare =
-    0.1;  // of an edge at either end that is not used: corners are cut round
 
 struct EdgeShift {
   double from_px = 0.0;  // how far the edge lies inwards of where it was thought to be, at either end

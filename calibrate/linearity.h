@@ -53,7 +53,4 @@ struct Linearity {
 Linearity FindLinearity(const Session& session, const FrameReader& read, const BlackFrames& blacks,
                         const PixelRegion& card);
 
-// The value at which photosites stop answering, where a pile of them shows it: at most `stated`.
-double SaturationLevel(const BayerFrame& frame, double stated);
-
 }  // namespace dermap

@@ -9,6 +9,7 @@
 #include <memory>
 #include <system_error>
 
+#include "calibrate/raw_guard.h"
 #include "common/core/error.h"
 
 namespace dermap {
@@ -105,6 +106,7 @@ BayerFrame Extract(LibRaw& raw, const std::filesystem::path& path) {
 BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) Fail(path, "there is no such file");
+  if (!SurvivesLibRaw(path)) Fail(path, "damaged where it names its camera");
   const auto raw = std::make_unique<LibRaw>();  // some hundred kilobytes: too large for a thread's stack
   int data_errors = 0;
   raw->set_dataerror_handler(CountDataError, &data_errors);
@@ -123,6 +125,7 @@ BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
 RawExposure ReadRawExposure(const std::filesystem::path& path) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(path, error)) Fail(path, "there is no such file");
+  if (!SurvivesLibRaw(path)) Fail(path, "damaged where it names its camera");
   const auto raw = std::make_unique<LibRaw>();
   if (const int code = raw->open_file(path.c_str()); code != LIBRAW_SUCCESS) {
     Fail(path, std::string("not a raw file that can be read (") + libraw_strerror(code) + ")");

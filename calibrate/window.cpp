@@ -28,6 +28,8 @@ constexpr double kSecondWindow = 0.2;   // of the largest one's area
 constexpr double kSameSize = 0.9;       // ratio of diagonals
 constexpr double kMoreRegular = 0.03;
 constexpr int kThresholds = 8;  // tried after Otsu's
+constexpr double kMostCells =
+    7e5;  // of the search: of larger frames, cells are averaged until they are no more
 
 using Contour = std::vector<cv::Point>;
 
@@ -36,12 +38,16 @@ struct Found {
   int bright_regions = 0;
 };
 
-cv::Mat LogarithmicPicture(const PlaneF& cells) {
-  cv::Mat picture(cells.height(), cells.width(), CV_8U);
+// Reflectance of cells of `cell_px` photosites a side, on a logarithmic scale.
+cv::Mat LogarithmicPicture(PlaneF cells, int& cell_px) {
+  cv::Mat mean(cells.height(), cells.width(), CV_32F, cells.data());
+  for (cell_px = 2; static_cast<double>(mean.total()) > kMostCells; cell_px *= 2)
+    cv::resize(mean(cv::Rect(0, 0, mean.cols & ~1, mean.rows & ~1)), mean, {}, 0.5, 0.5, cv::INTER_AREA);
+  cv::Mat picture(mean.size(), CV_8U);
   const double range = std::log(kBrightest / kDarkest);
-  for (int y = 0; y < cells.height(); ++y) {
-    for (int x = 0; x < cells.width(); ++x) {
-      const double r = std::clamp(static_cast<double>(cells(x, y)), kDarkest, kBrightest);
+  for (int y = 0; y < mean.rows; ++y) {
+    for (int x = 0; x < mean.cols; ++x) {
+      const double r = std::clamp(static_cast<double>(mean.at<float>(y, x)), kDarkest, kBrightest);
       picture.at<std::uint8_t>(y, x) =
           static_cast<std::uint8_t>(std::lround(255.0 * std::log(r / kDarkest) / range));
     }
@@ -155,9 +161,13 @@ int OtsuThreshold(const cv::Mat& picture, const cv::Rect& card) {
 
 Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, double window_mm,
                   const std::string& frame_name) {
-  const cv::Mat picture = LogarithmicPicture(CellReflectance(mosaic, kDarkestSpectralon));
-  const cv::Rect card((gray_card.x - mosaic.x0) / 2, (gray_card.y - mosaic.y0) / 2, gray_card.width / 2,
-                      gray_card.height / 2);
+  int cell_px = 2;
+  const cv::Mat picture = LogarithmicPicture(CellReflectance(mosaic, kDarkestSpectralon), cell_px);
+  const cv::Rect card((gray_card.x - mosaic.x0) / cell_px, (gray_card.y - mosaic.y0) / cell_px,
+                      gray_card.width / cell_px, gray_card.height / cell_px);
+  const auto photosites = [&](Point cell) {
+    return Point{mosaic.x0 + cell_px * (cell.x + 0.5), mosaic.y0 + cell_px * (cell.y + 0.5)};
+  };
   std::vector<int> thresholds{OtsuThreshold(picture, card)};
   for (int i = 1; i <= kThresholds; ++i) thresholds.push_back(255 * i / (kThresholds + 1));
   int regions = 0;
@@ -169,8 +179,7 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, double win
       std::vector<std::vector<Point>> outlines;
       for (const auto& w : found.windows) {
         outlines.emplace_back();
-        for (const Point& p : w)
-          outlines.back().push_back({mosaic.x0 + 2.0 * p.x + 1.0, mosaic.y0 + 2.0 * p.y + 1.0});
+        for (const Point& p : w) outlines.back().push_back(photosites(p));
       }
       throw CaptureFailure(
           frame_name + ": " + std::to_string(found.windows.size()) +
@@ -182,8 +191,7 @@ Window FindWindow(const Mosaic& mosaic, const PixelRegion& gray_card, double win
     if (!best || HasLostCorner(*best, found.windows[0])) best = found.windows[0];
   }
   if (best) {
-    for (Point& p : *best)
-      p = mosaic.lens.IdealFromPhotosites({mosaic.x0 + 2.0 * p.x + 1.0, mosaic.y0 + 2.0 * p.y + 1.0});
+    for (Point& p : *best) p = mosaic.lens.IdealFromPhotosites(photosites(p));
     try {
       return RefineWindow(mosaic, *best, window_mm, frame_name);
     } catch (const InputError& error) {

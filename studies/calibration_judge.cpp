@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace dermap {
 namespace {
@@ -12,12 +13,15 @@ constexpr int kFieldMargin_px = 8;  // of a patch's field: the lens blurs its ne
 constexpr int kGrid = 9;            // points a side at which bands are compared
 constexpr double kGridBorder = 0.08;
 
+const FrameRecord& SkinFrameOf(const Session& session, const BandCalibration& band) {
+  return *std::find_if(session.frames.begin(), session.frames.end(), [&](const FrameRecord& f) {
+    return f.role == FrameRole::kSkin && f.wavelength_nm == band.band.wavelength_nm;
+  });
+}
+
 // Where the skin at a point of the patch was found, against where it is: patch pixels.
 Point2 PlaceError(const OpticalBench& bench, const Session& session, const CalibrationResult& result,
                   const BandCalibration& band, Point unit) {
-  const auto frame = std::find_if(session.frames.begin(), session.frames.end(), [&](const FrameRecord& f) {
-    return f.role == FrameRole::kSkin && f.wavelength_nm == band.band.wavelength_nm;
-  });
   const double size = result.stack.valid.width();
   const PatchMap map{band.windows[0].camera_from_unit, band.alignment.warp, size};
   const BenchConfig& config = bench.scene().bench;
@@ -25,32 +29,46 @@ Point2 PlaceError(const OpticalBench& bench, const Session& session, const Calib
                   0.5 * std::hypot(config.width_px, config.height_px), session.rig.optics.distortion_k1, 0.0};
   const Point found = lens.PhotositesFromIdeal(map(unit));
   const double window_mm = session.rig.window_mm;
-  const Point2 skin = PatchFromBench(bench.PoseOfShot(ShotOf(*frame)), window_mm,
+  const Point2 skin = PatchFromBench(bench.PoseOfShot(ShotOf(SkinFrameOf(session, band))), window_mm,
                                      bench.view().BenchFromPixel({found.x - 0.5, found.y - 0.5}));
   return {(skin.x / window_mm - unit.x) * size, (skin.y / window_mm - unit.y) * size};
 }
 
-// Weights of a Gaussian around 0; what they miss of it is 1e-5.
-std::vector<double> GaussianWeights(double variance) {
-  const int reach = std::max(1, static_cast<int>(std::ceil(4.4 * std::sqrt(variance))));
-  std::vector<double> weights;
-  for (int i = -reach; i <= reach; ++i) weights.push_back(std::exp(-0.5 * i * i / variance));
-  return weights;
+// How far the middle of the skin was displaced under the tape, mean of the shots of the bands that were kept,
+// mm. Only what shots differ by is seen in them, never what they have in common: the stack shows skin as it
+// lay on average.
+Point2 MeanBulge_mm(const OpticalBench& bench, const Session& session, const CalibrationResult& result) {
+  Point2 sum;
+  double count = 0.0;
+  for (const BandCalibration& band : result.bands) {
+    if (band.dropped) continue;
+    const Pose pose = bench.PoseOfShot(ShotOf(SkinFrameOf(session, band)));
+    sum.x += pose.bulge_x_mm, sum.y += pose.bulge_y_mm;
+    count += 1.0;
+  }
+  return {sum.x / std::max(1.0, count), sum.y / std::max(1.0, count)};
 }
 
-// Along x (or y), the border's value going on beyond it.
-PlaneF BlurredAlong(const PlaneF& plane, const std::vector<double>& weights, bool along_x) {
+// Displacement of the window's middle as a share of it elsewhere, as the bench has it.
+double Hill(Point unit) {
+  return std::sin(std::numbers::pi * unit.x) * std::sin(std::numbers::pi * unit.y);
+}
+
+// Gaussian mean along x (or y) around places displaced by hill `shift_px`, the border's value going on beyond
+// it. What the weights miss of a Gaussian is 1e-5.
+PlaneF BlurredAlong(const PlaneF& plane, double variance, double shift_px, bool along_x) {
   PlaneF out(plane.width(), plane.height());
-  const int reach = static_cast<int>(weights.size() / 2);
-  double total = 0.0;
-  for (const double w : weights) total += w;
+  const int reach = std::max(1, static_cast<int>(std::ceil(4.4 * std::sqrt(variance) + std::abs(shift_px))));
   for (int y = 0; y < plane.height(); ++y) {
     for (int x = 0; x < plane.width(); ++x) {
-      double sum = 0.0;
+      const double off = shift_px * Hill({(x + 0.5) / plane.width(), (y + 0.5) / plane.height()});
+      double sum = 0.0, total = 0.0;
       for (int i = -reach; i <= reach; ++i) {
+        const double weight = std::exp(-0.5 * (i + off) * (i + off) / variance);
         const int sx = std::clamp(along_x ? x + i : x, 0, plane.width() - 1);
         const int sy = std::clamp(along_x ? y : y + i, 0, plane.height() - 1);
-        sum += weights[static_cast<std::size_t>(i + reach)] * plane(sx, sy);
+        sum += weight * plane(sx, sy);
+        total += weight;
       }
       out(x, y) = static_cast<float>(sum / total);
     }
@@ -58,11 +76,10 @@ PlaneF BlurredAlong(const PlaneF& plane, const std::vector<double>& weights, boo
   return out;
 }
 
-// The truth as a pixel averages it. Two terms of the Taylor series in place of the Gaussian would blur
-// freckles a tenth too much.
-PlaneF Averaged(const PlaneF& truth, double variance_x, double variance_y) {
-  return BlurredAlong(BlurredAlong(truth, GaussianWeights(variance_x), true), GaussianWeights(variance_y),
-                      false);
+// The truth as a pixel averages it, at the place where the skin lay. Two terms of the Taylor series in place
+// of the Gaussian would blur freckles a tenth too much.
+PlaneF Averaged(const PlaneF& truth, Point2 variance, Point2 bulge_px) {
+  return BlurredAlong(BlurredAlong(truth, variance.x, bulge_px.x, true), variance.y, bulge_px.y, false);
 }
 
 double Chi2(const ReflectanceStack& stack, std::size_t band, const PlaneF& truth) {
@@ -83,11 +100,11 @@ Shot ShotOf(const FrameRecord& record) {
   return {record.role, record.slot, record.exposure_ms, record.iso, record.number};
 }
 
-void JudgePatches(const CalibrationResult& result, const std::vector<double>& patches,
-                  CalibrationStudyRig& rig) {
+std::vector<double> PatchErrors(const CalibrationResult& result, const std::vector<double>& patches) {
   const int columns = 4;
   const int rows = static_cast<int>(patches.size()) / columns;
   const int size = result.stack.valid.width();
+  std::vector<double> errors;
   for (const PlaneF& plane : result.stack.reflectance) {
     for (std::size_t field = 0; field < patches.size(); ++field) {
       const int column = static_cast<int>(field) % columns, row = static_cast<int>(field) / columns;
@@ -101,11 +118,25 @@ void JudgePatches(const CalibrationResult& result, const std::vector<double>& pa
           ++count;
         }
       }
-      const double error = std::abs(sum / std::max(1, count) - patches[field]);
-      rig.bias = std::max(rig.bias, error);
-      if (patches[field] == 0.18 || patches[field] == 0.5)
-        rig.bias_mid_gray = std::max(rig.bias_mid_gray, error);
+      errors.push_back(sum / std::max(1, count) - patches[field]);
     }
+  }
+  return errors;
+}
+
+void JudgePatches(const std::vector<std::vector<double>>& sessions, const std::vector<double>& patches,
+                  CalibrationStudyRig& rig) {
+  for (std::size_t i = 0; i < sessions[0].size(); ++i) {
+    const double patch = patches[i % patches.size()];
+    const bool mid_gray = patch == 0.18 || patch == 0.5;
+    double mean = 0.0;
+    for (const std::vector<double>& errors : sessions) {
+      mean += errors[i] / static_cast<double>(sessions.size());
+      rig.error_once = std::max(rig.error_once, std::abs(errors[i]));
+      if (mid_gray) rig.error_mid_gray_once = std::max(rig.error_mid_gray_once, std::abs(errors[i]));
+    }
+    rig.bias = std::max(rig.bias, std::abs(mean));
+    if (mid_gray) rig.bias_mid_gray = std::max(rig.bias_mid_gray, std::abs(mean));
   }
 }
 
@@ -113,6 +144,8 @@ void JudgeAlignment(const OpticalBench& bench, const Session& session, const Cal
                     CalibrationStudyRig& rig) {
   std::vector<double> square(result.bands.size(), 0.0);
   double common = 0.0;
+  const double px_per_mm = result.stack.valid.width() / session.rig.window_mm;
+  const Point2 bulge = MeanBulge_mm(bench, session, result);
   for (int j = 0; j < kGrid * kGrid; ++j) {
     const auto place = [](int i) { return kGridBorder + (1.0 - 2.0 * kGridBorder) * i / (kGrid - 1.0); };
     const Point unit{place(j % kGrid), place(j / kGrid)};
@@ -124,7 +157,8 @@ void JudgeAlignment(const OpticalBench& bench, const Session& session, const Cal
       mean.x += errors.back().x, mean.y += errors.back().y;
     }
     mean.x /= double(errors.size()), mean.y /= double(errors.size());
-    common += (mean.x * mean.x + mean.y * mean.y) / (kGrid * kGrid);
+    const Point2 off{mean.x + Hill(unit) * bulge.x * px_per_mm, mean.y + Hill(unit) * bulge.y * px_per_mm};
+    common += (off.x * off.x + off.y * off.y) / (kGrid * kGrid);
     for (std::size_t b = 0; b < errors.size(); ++b) {
       square[b] += (std::pow(errors[b].x - mean.x, 2) + std::pow(errors[b].y - mean.y, 2)) / (kGrid * kGrid);
     }
@@ -133,11 +167,15 @@ void JudgeAlignment(const OpticalBench& bench, const Session& session, const Cal
   rig.window_error_px = std::sqrt(common);
 }
 
-void JudgeSkin(const std::vector<PlaneF>& truth, const std::vector<Band>& bands,
-               const CalibrationResult& result, CalibrationStudyRig& rig) {
+void JudgeSkin(const OpticalBench& bench, const Session& session, const CalibrationResult& result,
+               CalibrationStudyRig& rig) {
   constexpr double kDrawn =
       1.0 / 6.0;  // variance that the bench's own linear interpolation of the patch adds
+  const std::vector<PlaneF> truth = bench.patch().Mean();
+  const std::vector<Band>& bands = bench.patch().bands;
   const ReflectanceStack& stack = result.stack;
+  const double px_per_mm = stack.valid.width() / session.rig.window_mm;
+  const Point2 bulge = MeanBulge_mm(bench, session, result);
   std::size_t k = 0;
   for (const BandCalibration& band : result.bands) {
     rig.dropped_bands += band.dropped ? 1 : 0;
@@ -145,8 +183,9 @@ void JudgeSkin(const std::vector<PlaneF>& truth, const std::vector<Band>& bands,
     std::size_t t = 0;
     while (bands[t].wavelength_nm != band.band.wavelength_nm) ++t;
     const double share = 1.0 / static_cast<double>(stack.bands.size());
-    const PlaneF seen = Averaged(truth[t], band.blur_px.x * band.blur_px.x + kDrawn,
-                                 band.blur_px.y * band.blur_px.y + kDrawn);
+    const PlaneF seen = Averaged(
+        truth[t], {band.blur_px.x * band.blur_px.x + kDrawn, band.blur_px.y * band.blur_px.y + kDrawn},
+        {bulge.x * px_per_mm, bulge.y * px_per_mm});
     rig.chi2_per_dof += share * Chi2(stack, k, seen);
     rig.chi2_sharp += share * Chi2(stack, k, truth[t]);
     ++k;

@@ -12,13 +12,15 @@ namespace dermap {
 
 Shot ShotOf(const FrameRecord& record);
 
-// Reflectances of a pattern of steps, four in a row.
-void JudgePatches(const CalibrationResult& result, const std::vector<double>& patches,
+// Error of each patch's mean, band by band; the patches are a pattern of steps, four in a row.
+std::vector<double> PatchErrors(const CalibrationResult& result, const std::vector<double>& patches);
+// Errors of several sessions of the same patches.
+void JudgePatches(const std::vector<std::vector<double>>& sessions, const std::vector<double>& patches,
                   CalibrationStudyRig& rig);
 void JudgeAlignment(const OpticalBench& bench, const Session& session, const CalibrationResult& result,
                     CalibrationStudyRig& rig);
-// `truth`: a plane for each of `bands`, on the stack's grid.
-void JudgeSkin(const std::vector<PlaneF>& truth, const std::vector<Band>& bands,
-               const CalibrationResult& result, CalibrationStudyRig& rig);
+// The bench's patch, where the skin of the bands' shots lay on average.
+void JudgeSkin(const OpticalBench& bench, const Session& session, const CalibrationResult& result,
+               CalibrationStudyRig& rig);
 
 }  // namespace dermap

@@ -16,6 +16,8 @@
 namespace dermap {
 namespace {
 
+constexpr int kPatchSessions = 3;  // their noise is no bias
+
 // Four rows of four; those darker than tape lie inside, since beside tape they would have no edge.
 const std::vector<double> kPatches{0.50, 0.35, 0.80, 0.18, 0.95, 0.02, 0.10, 0.50,
                                    0.18, 0.06, 0.30, 0.80, 0.35, 0.95, 0.50, 0.18};
@@ -61,7 +63,8 @@ BenchConfig DrawBench(std::mt19937_64& random, CalibrationStudyRig& drawn, RigCo
   return bench;
 }
 
-Session SessionOf(const RigConfig& rig, const PlanConfig& standard) {
+// `repeat`: the same once more, with other numbers of shots, by which flash, motion and noise are drawn.
+Session SessionOf(const RigConfig& rig, const PlanConfig& standard, int repeat = 0) {
   Session session;
   session.rig = rig;
   session.plan = standard;
@@ -69,7 +72,11 @@ Session SessionOf(const RigConfig& rig, const PlanConfig& standard) {
   session.directory = "study";
   session.complete = true;
   session.frames = MakeSchedule(session.rig, session.plan);
-  for (FrameRecord& record : session.frames) record.file = FrameFileName(record, ".dng");
+  const auto first = repeat * static_cast<int>(session.frames.size());
+  for (FrameRecord& record : session.frames) {
+    record.number += first;
+    record.file = FrameFileName(record, ".dng");
+  }
   return session;
 }
 
@@ -127,14 +134,17 @@ CalibrationStudyRig CalibrationStage::Run(std::uint64_t seed, int number) {
     patches.bench = bench_config;
     patches.seed = rig.seed;
     const OpticalBench patch_bench(patch_rig, patches);
-    JudgePatches(Calibrate(patch_bench, SessionOf(patch_rig, stage.plan)), kPatches, rig);
+    std::vector<std::vector<double>> errors;
+    for (int k = 0; k < kPatchSessions; ++k)
+      errors.push_back(PatchErrors(Calibrate(patch_bench, SessionOf(patch_rig, stage.plan, k)), kPatches));
+    JudgePatches(errors, kPatches, rig);
     Scene skin = stage.skin;
     skin.bench = bench_config;
     skin.seed = rig.seed;
     const OpticalBench skin_bench(skin_rig, skin, stage.skin_patch);
     const Session session = SessionOf(skin_rig, stage.plan);
     const CalibrationResult result = Calibrate(skin_bench, session);
-    JudgeSkin(stage.skin_patch.Mean(), stage.skin_patch.bands, result, rig);
+    JudgeSkin(skin_bench, session, result, rig);
     JudgeAlignment(skin_bench, session, result, rig);
   } catch (const Error& error) {
     rig.failure = error.what();
@@ -156,6 +166,8 @@ nlohmann::json ToJson(const CalibrationStudyRig& r) {
           {"nonlinearity_stated", r.nonlinearity_stated},
           {"bias", r.bias},
           {"bias_mid_gray", r.bias_mid_gray},
+          {"error_once", r.error_once},
+          {"error_mid_gray_once", r.error_mid_gray_once},
           {"chi2_per_dof", r.chi2_per_dof},
           {"chi2_sharp", r.chi2_sharp},
           {"alignment_error_px", r.alignment_error_px},
@@ -179,6 +191,8 @@ CalibrationStudyRig CalibrationStudyRigFromJson(const nlohmann::json& j) {
   j.at("nonlinearity_stated").get_to(r.nonlinearity_stated);
   j.at("bias").get_to(r.bias);
   j.at("bias_mid_gray").get_to(r.bias_mid_gray);
+  j.at("error_once").get_to(r.error_once);
+  j.at("error_mid_gray_once").get_to(r.error_mid_gray_once);
   j.at("chi2_per_dof").get_to(r.chi2_per_dof);
   j.at("chi2_sharp").get_to(r.chi2_sharp);
   j.at("alignment_error_px").get_to(r.alignment_error_px);

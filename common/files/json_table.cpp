@@ -54,6 +54,11 @@ TomlTable ReadJsonTable(const std::filesystem::path& path) {
   } catch (const nlohmann::json::parse_error& error) {
     throw InputError(path.string() + " is not valid JSON (byte " + std::to_string(error.byte) + " of " +
                      std::to_string(text.size()) + "); remedy: restore the file from a copy");
+  } catch (const nlohmann::json::out_of_range&) {
+    throw InputError(
+        path.string() +
+        " holds a number beyond 1.8e308; expected numbers as they were written; remedy: restore the "
+        "file from a copy");
   }
   return ToTable(json, path.string());
 }

@@ -11,6 +11,7 @@
 #include <random>
 
 #include "calibrate/calibrate.h"
+#include "calibrate/saturation.h"
 #include "tests/calibrate/simulated_session.h"
 
 namespace dermap {

@@ -145,5 +145,12 @@ TEST_F(RawFrameFile, SurvivesDamagedHeaders) {
   EXPECT_GT(refused, 20);
 }
 
+// Found by raw_frame_fuzz: LibRaw 0.20 overruns a buffer on it, and libc ended the program.
+TEST_F(RawFrameFile, RefusesWhatEndsLibRaw) {
+  const std::filesystem::path found = DERMAP_FUZZ_FOUND "/raw_hasselblad_model.bin";
+  ASSERT_TRUE(std::filesystem::exists(found));
+  EXPECT_THAT(ErrorOf(found), HasSubstr("expected a complete raw file"));
+}
+
 }  // namespace
 }  // namespace dermap

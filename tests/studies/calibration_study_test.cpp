@@ -9,10 +9,21 @@
 
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
+#include "studies/calibration_judge.h"
 #include "tests/common/files/temporary_folder.h"
 
 namespace dermap {
 namespace {
+
+// By hand: errors of opposite sign are noise, those of one sign bias.
+TEST(JudgePatches, TellsBiasFromNoise) {
+  CalibrationStudyRig rig;
+  JudgePatches({{0.002, 0.001}, {-0.001, 0.001}}, {0.18, 0.9}, rig);
+  EXPECT_DOUBLE_EQ(rig.bias, 0.001);
+  EXPECT_DOUBLE_EQ(rig.bias_mid_gray, 0.0005);
+  EXPECT_DOUBLE_EQ(rig.error_once, 0.002);
+  EXPECT_DOUBLE_EQ(rig.error_mid_gray_once, 0.002);
+}
 
 TEST(CalibrationStudy, HoldsItsLimitsOnTwoRigsAndGoesOnWhereItWas) {
   const TemporaryFolder folder;

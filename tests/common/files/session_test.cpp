@@ -116,6 +116,16 @@ TEST_F(SessionTest, RejectsManifestsThatCannotBe) {
   EXPECT_THAT(SentenceAfter([&](json& m) { m = json::array(); }), HasSubstr("expected an object"));
 }
 
+// Found by manifest_fuzz: a number that no double holds ended the program.
+TEST_F(SessionTest, RejectsNumbersThatOverflow) {
+  for (const char* text : {"{\"exposure_changes\": 8e6178}", "{\"exposure_changes\": [-1e999]}"}) {
+    folder_.Write("session.json", text);
+    EXPECT_THAT(SentenceOf<InputError>([&] { ReadSession(folder_.path()); }),
+                AllOf(HasSubstr("session.json"), HasSubstr("beyond 1.8e308")))
+        << text;
+  }
+}
+
 // Half a manifest, no manifest, no folder.
 TEST_F(SessionTest, NamesWhatIsMissing) {
   EXPECT_THAT(SentenceOf<InputError>([&] { ReadSession(folder_ / "none"); }),
