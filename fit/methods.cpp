@@ -10,6 +10,7 @@
 #include "fit/ceres_reference.h"
 #include "fit/descent.h"
 #include "fit/free_under_prior.h"
+#include "fit/resample.h"
 #include "fit/start_maps.h"
 #include "fit/uncertainty.h"
 
@@ -93,16 +94,16 @@ void TakeLarger(const std::vector<PlaneF>& other, std::vector<PlaneF>& variance)
       variance[j].data()[i] = std::max(variance[j].data()[i], other[j].data()[i]);
 }
 
-// The square of how far the maps lie from others on average, to the variance of each free parameter.
-void AddDistance(const ParameterSpace& space, const ParameterMaps& maps, const ParameterMaps& others,
-                 std::vector<PlaneF>& variance) {
-  for (int j = 0; j < space.count(); ++j) {
-    const PlaneF &here = maps.Unknown(space.parameter(j)), &there = others.Unknown(space.parameter(j));
-    double sum = 0.0;
-    for (std::size_t i = 0; i < here.size(); ++i) sum += here.data()[i] - there.data()[i];
-    const double distance = sum / (static_cast<double>(here.size()) * space.scale(j));
-    for (float& value : variance[j].values()) value += static_cast<float>(distance * distance);
-  }
+constexpr int kAreaHalvings =
+    1;  // areas of 2 x 2 pixels, over which the noise of single ones averages out in part
+
+// The square of how far the maps of a parameter lie from others, by areas, scaled units.
+PlaneF SquaredDistance(const PlaneF& here, const PlaneF& there, double scale) {
+  PlaneF distance = here;
+  for (std::size_t i = 0; i < here.size(); ++i) distance.data()[i] -= there.data()[i];
+  for (int halving = 0; halving < kAreaHalvings; ++halving) distance = Halve(distance);
+  for (float& value : distance.values()) value = static_cast<float>(std::pow(value / scale, 2));
+  return ResizeLinear(distance, here.width(), here.height());
 }
 
 // The paper's method knows pixels one by one. What all pixels share, and what was told, the fast fit of the
@@ -114,20 +115,23 @@ void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMake
   FitOptions anew = options;
   anew.resume.reset();
   RunLog fast_log({}, options.stop);
-  FastOutcome fast = FitCoarseToFine(copy, model, problem.space().free(), make_model, anew, fast_log);
+  const ParameterSpace& space = problem.space();
+  FastOutcome fast = FitCoarseToFine(copy, model, space.free(), make_model, anew, fast_log);
   log.renders_before += fast_log.renders_before;
   if (fast_log.Stopped()) return;
   SayWhatWasFound(fast, data, log);
-  const FitState& state = outcome.state;
-  const ParameterMaps sigma = StandardDeviations(problem, state);
-  for (const Parameter p : problem.space().free()) {
-    PlaneF& plane = outcome.variance.emplace_back(sigma.Unknown(p));
-    const auto scale =
-        static_cast<float>(problem.space().scale(static_cast<int>(outcome.variance.size()) - 1));
-    for (float& value : plane.values()) value = value / scale * (value / scale);
+  outcome.scatter = fast.detail.scatter[0];
+  const ParameterMaps sigma = StandardDeviations(problem, outcome.state);
+  for (int j = 0; j < space.count(); ++j) {
+    const Parameter p = space.parameter(j);
+    PlaneF variance =
+        SquaredDistance(outcome.state.maps.Unknown(p), fast.state.maps.Unknown(p), space.scale(j));
+    for (std::size_t i = 0; i < variance.size(); ++i)
+      variance.data()[i] +=
+          static_cast<float>(outcome.scatter * std::pow(sigma.Unknown(p).data()[i] / space.scale(j), 2) +
+                             fast.variance[static_cast<std::size_t>(j)].data()[i]);
+    outcome.variance.push_back(std::move(variance));
   }
-  TakeLarger(fast.variance, outcome.variance);
-  AddDistance(problem.space(), state.maps, fast.state.maps, outcome.variance);
   outcome.noise_variance = std::move(fast.noise_variance);
   outcome.grossly_told = IsGrosslyTold(fast);
 }
