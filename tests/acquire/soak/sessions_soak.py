@@ -9,7 +9,6 @@ import json
 import os
 import random
 import re
-import signal
 import socket
 import subprocess
 import sys
@@ -17,8 +16,9 @@ import tempfile
 import threading
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from session_check import EXPECTED, check, write_station
+sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)) + up for up in ("", "/..")]
+from session_check import check
+from small_station import EXPECTED, ServedStation, write_station
 
 # Faults and how often they strike, relative to each other; those that cost many seconds are rare.
 CAMERA_FAULTS = [("busy", 10), ("stall", 10), ("truncated", 10), ("repeated", 10), ("ram", 10), ("settings", 10),
@@ -66,35 +66,16 @@ class Watchers:
             thread.join()
 
 
-class Station:
-    def __init__(self, dermap, emulator, folder, wheel, faults):
-        write_station(folder, wheel)
-        self.sessions = folder + "/sessions"
-        command = [emulator, "--rig", folder + "/rig.toml", "--wheel", wheel]
-        for fault in faults:
-            command += ["--fault", fault]
-        command += ["--", dermap, "serve", "--rig", folder + "/rig.toml", "--plan", folder + "/plan.toml", "--root",
-                    self.sessions, "--listen", "127.0.0.1:0"]
-        self.log = []
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-        for line in self.process.stderr:
-            found = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
-            if found:
-                break
-        else:
-            raise RuntimeError("the daemon does not start")
-        self.port = int(found.group(1))
-        threading.Thread(target=self.drain, daemon=True).start()
+class Station(ServedStation):
+    """One that is steered."""
+
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
         self.connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
         self.key = ""
         self.steer()
         children = open("/proc/%d/task/%d/children" % (self.process.pid, self.process.pid)).read().split()
         self.daemon = int(children[0])
-
-    def drain(self):
-        for line in self.process.stderr:
-            self.log.append(line)
-            del self.log[:-200]
 
     def ask(self, method, path, body=None):
         headers = {"X-Dermap-Key": self.key, "Content-Type": "application/json"}
@@ -111,14 +92,6 @@ class Station:
 
     def state(self):
         return self.ask("GET", "/api/state")[1]
-
-    def close(self):
-        self.process.send_signal(signal.SIGTERM)
-        try:
-            return self.process.wait(60)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            return self.process.wait()
 
 
 def usage(pid):
@@ -181,7 +154,8 @@ def run(options, folder):
     rng = random.Random(options.seed)
     faults = plan_faults(rng, options.sessions)
     wheel = rng.choice(["starlight", "thorlabs"])
-    station = Station(options.dermap, options.emulator, folder, wheel, faults)
+    write_station(folder, wheel)
+    station = Station(options.dermap, options.emulator, folder, faults, wheel)
     watchers = Watchers(station.port, options.watchers)
     soak, wrong, light, used = Soak(station, rng), [], {}, []
     print("%d sessions, seed %d, wheel %s, %d faults planned, %d watchers" %
@@ -203,7 +177,7 @@ def run(options, folder):
     watchers.end()
     code = station.close()
     if wrong:
-        print("".join(station.log[-40:]))
+        print("".join(list(station.log)[-40:]))
     return soak, wrong, used, watchers, code
 
 
