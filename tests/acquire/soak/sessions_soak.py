@@ -27,6 +27,7 @@ CAMERA_FAULTS = [("busy", 10), ("stall", 10), ("truncated", 10), ("repeated", 10
 WHEEL_FAULTS = [("wheel-slip", 8), ("wheel-unplug", 8), ("wheel-silent", 3), ("wheel-stuck", 1)]
 SECONDS = {"full": 0, "second-client": 0.3, "late": 1}
 MOST_SECONDS_WITHOUT_CHANGE = 150  # beyond it a session is stuck: the longest wait of a driver is 30 s
+MOST_FAILURES = 10  # of one session, likewise: each is resumed
 
 
 def plan_faults(rng, sessions):
@@ -121,7 +122,7 @@ class Soak:
             return ["stuck: does not start"]
         form["resume"] = True
         retake = self.rng.random() < 0.2
-        changed, version = time.monotonic(), 0
+        changed, version, failures = time.monotonic(), 0, 0
         while True:
             state = self.station.state()
             if state["version"] != version:
@@ -137,6 +138,9 @@ class Soak:
                 self.station.ask("POST", "/api/continue", {})
             elif state["state"] in ("ended", "failed"):
                 self.counts["ended and resumed" if state["state"] == "ended" else "failed and resumed"] += 1
+                failures += state["state"] == "failed"
+                if failures > MOST_FAILURES:
+                    return ["stuck: fails again and again: %s" % state["problem"]]
                 begun = os.path.exists("%s/%s/journal.jsonl" % (self.station.sessions, name))
                 self.station.ask("POST", "/api/start", dict(form, resume=begun))
             elif state["state"] == "complete" and retake:
