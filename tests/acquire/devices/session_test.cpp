@@ -126,6 +126,13 @@ TEST_F(EmulatedSession, AsksTheOperatorForEachTargetOnce) {
   EXPECT_THAT(summary.warnings, testing::IsEmpty());
 }
 
+// A Thorlabs wheel obeys nothing while it believes that it moves.
+TEST_F(EmulatedSession, GoesOnOnceAJammedThorlabsWheelWasFreed) {
+  Emulate({"wheel-stuck@3"}, "thorlabs");
+  Capture(MakeThorlabsWheel("", kQuickWheel));
+  ExpectWhole();
+}
+
 // The wheel falls silent on its move to frame 5, at which the session is ended: it is resumed with a wheel
 // that cannot be opened.
 TEST_F(EmulatedSession, AsksTheOperatorToSeeToADeviceThatFailsBeforeTheFirstFrame) {
