@@ -59,6 +59,16 @@ void SessionRunner::Preflight() {
   station_.WriteRecords(folder_.session().directory, folder_.schedule());
 }
 
+void SessionRunner::PreflightPatiently() {
+  while (true) {
+    try {
+      return Preflight();
+    } catch (const DeviceError& error) {
+      if (!IsSeenTo(error, 0)) throw;
+    }
+  }
+}
+
 void SessionRunner::TakeFromReference() {
   if (options_.reference.empty()) return;
   ReferenceSession reference(options_.reference, folder_.session().rig);
@@ -91,7 +101,7 @@ void SessionRunner::Run() {
   TakeFromReference();
   TellOfSchedule();
   taker_.light().LearnFrom(folder_.session());
-  if (folder_.done() < folder_.total()) Preflight();
+  if (folder_.done() < folder_.total()) PreflightPatiently();
   TakeWhatIsMissing();
   if (taker_.schedule_changed() && NextMissing() == nullptr)
     station_.WriteRecords(folder_.session().directory, folder_.schedule());
@@ -162,21 +172,27 @@ void SessionRunner::Patiently(int number, const std::function<void()>& step) {
   } catch (const DeviceError& error) {
     taker_.wheel().Forget();
     SettleInSpiteOf(error);
-    const FrameRecord planned = folder_.schedule()[static_cast<std::size_t>(number) - 1];
-    const auto* fault = dynamic_cast<const DeviceFault*>(&error);
-    folder_.Note({{"event", "paused"},
-                  {"number", number},
-                  {"fault", fault != nullptr ? FaultName(fault->kind()) : "no good frame"},
-                  {"problem", error.what()}});
-    Step("paused", &planned);
-    OperatorRequest request;
-    request.kind = OperatorRequest::Kind::kFault;
-    request.sentence = error.what();
-    if (!options_.ask || !station_.NeedsOperator() || !AskWhileTimeStands(request)) throw;
-    folder_.Note({{"event", "unpaused"}, {"number", number}});
-    taker_.doubts().StartOver(number, fault == nullptr);
+    if (!IsSeenTo(error, number)) throw;
+    taker_.doubts().StartOver(number, dynamic_cast<const DeviceFault*>(&error) == nullptr);
     home_first_ = true;
   }
+}
+
+bool SessionRunner::IsSeenTo(const DeviceError& error, int number) {
+  const auto* fault = dynamic_cast<const DeviceFault*>(&error);
+  folder_.Note({{"event", "paused"},
+                {"number", number},
+                {"fault", fault != nullptr ? FaultName(fault->kind()) : "no good frame"},
+                {"problem", error.what()}});
+  std::optional<FrameRecord> planned;
+  if (number != 0) planned = folder_.schedule()[static_cast<std::size_t>(number) - 1];
+  Step("paused", planned ? &*planned : nullptr);
+  OperatorRequest request;
+  request.kind = OperatorRequest::Kind::kFault;
+  request.sentence = error.what();
+  if (!options_.ask || !station_.NeedsOperator() || !AskWhileTimeStands(request)) return false;
+  folder_.Note({{"event", "unpaused"}, {"number", number}});
+  return true;
 }
 
 // The frame that was under way when a device failed may be good.

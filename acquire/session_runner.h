@@ -22,6 +22,7 @@ class SessionRunner {
 
  private:
   void Preflight();
+  void PreflightPatiently();  // as often as the operator sees to what stands in its way
   void TakeFromReference();
   void TakeWhatIsMissing();
   bool Retake();  // what was asked to be taken again; false: the session shall end
@@ -29,6 +30,8 @@ class SessionRunner {
   // Runs a step with that frame. At a fault that lasts it has the operator see to it, and returns with the
   // frame still missing; throws it on where nobody does.
   void Patiently(int number, const std::function<void()>& step);
+  // Whether the operator has seen to a fault that lasts; `number` of the frame, 0 before the first.
+  bool IsSeenTo(const DeviceError& error, int number);
   void Settle();  // the frame that is under way
   void SettleInSpiteOf(const DeviceError& fault);
   // What is still to take, the target in place first; never the frames with these numbers.

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // dermap serve --rig RIG.toml: the capture daemon.
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
 #include <atomic>
@@ -25,6 +26,7 @@ void AskToEnd(int) {
 }
 
 Outcome Serve(const DaemonOptions& options, const ServerOptions& listen) {
+  mallopt(M_ARENA_MAX, 2);  // eighty threads that mostly wait need no heap each
   CaptureDaemon daemon(options);
   HttpServer server(daemon, listen);
   std::signal(SIGINT, AskToEnd);

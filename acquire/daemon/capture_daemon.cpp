@@ -3,10 +3,9 @@
 // about.
 #include "acquire/daemon/capture_daemon.h"
 
+#include <malloc.h>
 #include <spdlog/spdlog.h>
 
-#include <algorithm>
-#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "acquire/daemon/frame_view.h"
@@ -21,14 +20,7 @@ namespace fs = std::filesystem;
 using nlohmann::json;
 using std::chrono::milliseconds;
 
-constexpr std::size_t kLongestName = 64, kLongestText = 400;
 constexpr std::size_t kMostWarnings = 50;
-
-void RequireShort(const char* what, const std::string& text) {
-  if (text.size() <= kLongestText) return;
-  throw InputError(std::string("'") + what + "' has " + std::to_string(text.size()) +
-                   " bytes; expected at most " + std::to_string(kLongestText));
-}
 
 }  // namespace
 
@@ -47,6 +39,7 @@ CaptureDaemon::CaptureDaemon(DaemonOptions options)
                      {"plan", options_.plan.filename().string()},
                      {"schedule", ScheduleToJson(MakeSchedule(rig, plan))}};
   fs::create_directories(options_.root);
+  thread_ = std::thread([this] { RunSessions(); });
 }
 
 CaptureDaemon::~CaptureDaemon() {
@@ -55,7 +48,7 @@ CaptureDaemon::~CaptureDaemon() {
     abort_ = ending_ = true;
     Changed();
   }
-  if (thread_.joinable()) thread_.join();
+  thread_.join();
 }
 
 void CaptureDaemon::Changed() {
@@ -68,23 +61,8 @@ const char* CaptureDaemon::PhaseName(Phase phase) {
   return kNames[static_cast<int>(phase)];
 }
 
-fs::path CaptureDaemon::FolderOf(const std::string& name) const {
-  const bool good = !name.empty() && name.size() <= kLongestName && name[0] != '.' &&
-                    std::all_of(name.begin(), name.end(), [](unsigned char c) {
-                      return std::isalnum(c) != 0 || c == '.' || c == '-' || c == '_';
-                    });
-  if (good) return options_.root / name;
-  throw InputError("'" + name.substr(0, kLongestName) +
-                   "' is no name for a session; expected 1 to 64 letters, digits, '-', '_' or '.', not "
-                   "beginning with '.'");
-}
-
 void CaptureDaemon::Start(const SessionForm& form) {
-  FolderOf(form.session);
-  if (!form.reference.empty()) FolderOf(form.reference);
-  RequireShort("subject", form.subject);
-  RequireShort("site", form.site);
-  RequireShort("notes", form.notes);
+  RequireFilledIn(form);
   const std::lock_guard lock(mutex_);
   if (Busy()) throw InputError("a session is under way; remedy: end it first");
   retakes_.clear();
@@ -94,7 +72,6 @@ void CaptureDaemon::Start(const SessionForm& form) {
 }
 
 void CaptureDaemon::Launch(const SessionForm& form) {
-  if (thread_.joinable()) thread_.join();  // it has come to its end already
   form_ = form;
   phase_ = Phase::kRunning;
   step_ = "connect";
@@ -106,8 +83,22 @@ void CaptureDaemon::Launch(const SessionForm& form) {
   done_ = total_ = 0;
   done_at_start_ = -1;
   started_ = std::chrono::steady_clock::now();
+  launched_ = true;
   Changed();
-  thread_ = std::thread([this, form] { Run(form); });
+}
+
+void CaptureDaemon::RunSessions() {
+  std::unique_lock lock(mutex_);
+  while (true) {
+    changed_.wait(lock, [&] { return launched_ || ending_; });
+    if (ending_) return;
+    launched_ = false;
+    const SessionForm form = form_;
+    lock.unlock();
+    Run(form);
+    malloc_trim(0);  // what a session leaves in pieces would otherwise add up from day to day
+    lock.lock();
+  }
 }
 
 void CaptureDaemon::Answer() {
@@ -210,13 +201,13 @@ void CaptureDaemon::OnFrame(const FrameEvent& event, const RawFrame& raw) {
   Changed();
 }
 
-void CaptureDaemon::Run(SessionForm form) {
+void CaptureDaemon::Run(const SessionForm& form) {
   CaptureOptions options;
   options.rig = options_.rig;
   options.plan = options_.plan;
-  options.out = FolderOf(form.session);
+  options.out = options_.root / form.session;
   options.resume = form.resume;
-  if (!form.reference.empty()) options.reference = FolderOf(form.reference);
+  if (!form.reference.empty()) options.reference = options_.root / form.reference;
   options.subject = SubjectForm{form.subject, form.site, form.notes};
   options.ask = [this](const OperatorRequest& request) { return Ask(request); };
   options.stop = [this] { return ShallStop(); };

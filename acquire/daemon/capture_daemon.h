@@ -17,6 +17,7 @@
 #include <thread>
 #include <vector>
 
+#include "acquire/daemon/session_form.h"
 #include "acquire/sequence.h"
 
 namespace dermap {
@@ -27,14 +28,6 @@ struct DaemonOptions {
   std::filesystem::path root;  // session folders lie in it, and nowhere else
   // Told of whatever the operator is asked for, for the log.
   std::function<void(const OperatorRequest&)> on_request{};
-};
-
-// What an operator fills in; names of people do not belong here.
-struct SessionForm {
-  std::string session;  // the folder's name: letters, digits, '.', '-', '_'
-  std::string subject, site, notes;
-  std::string reference;  // the name of an earlier session, or empty
-  bool resume = false;
 };
 
 class CaptureDaemon {
@@ -63,7 +56,8 @@ class CaptureDaemon {
 
  private:
   enum class Phase { kIdle, kRunning, kWaiting, kPaused, kComplete, kEnded, kFailed };
-  void Run(SessionForm form);
+  void RunSessions();  // those that are launched, until the daemon ends
+  void Run(const SessionForm& form);
   bool Ask(const OperatorRequest& request);
   bool ShallStop();
   bool Pauses();
@@ -73,7 +67,6 @@ class CaptureDaemon {
   void AddWarning(const std::string& warning);  // with the lock held; empty: none
   void Changed();                               // with the lock held
   static const char* PhaseName(Phase phase);
-  std::filesystem::path FolderOf(const std::string& name) const;
   bool Busy() const {
     return phase_ == Phase::kRunning || phase_ == Phase::kWaiting || phase_ == Phase::kPaused;
   }
@@ -96,6 +89,8 @@ class CaptureDaemon {
   std::deque<int> retakes_;
   std::map<int, std::string> thumbnails_;
   std::vector<std::string> warnings_;
+  bool launched_ = false;
+  // One for all sessions: OpenCV keeps a little of every thread that it has ever seen.
   std::thread thread_;
 };
 

@@ -8,6 +8,7 @@
 #include <sys/random.h>
 #include <sys/socket.h>
 
+#include <algorithm>
 #include <atomic>
 #include <mutex>
 #include <nlohmann/json.hpp>
@@ -83,11 +84,22 @@ struct HttpServer::Impl {
   std::mutex helm_mutex;
   std::string helm_key;
   SteadyClock::time_point helm_seen{};
+  std::mutex event_mutex;
+  std::uint64_t event_version = 0;
+  std::string event_text;
 
   Impl(CaptureDaemon& d, ServerOptions o) : daemon(d), options(std::move(o)) {}
 
   std::string StateText() const {
     return daemon.State().dump(-1, ' ', false, json::error_handler_t::replace);
+  }
+
+  // The state at this version or beyond: made once for all who watch.
+  std::string EventText(std::uint64_t version) {
+    const std::lock_guard lock(event_mutex);
+    if (event_version < version) event_text = "data: " + StateText() + "\n\n";
+    event_version = std::max(event_version, version);
+    return event_text;
   }
 
   bool Allowed(const httplib::Request& request, httplib::Response& response) {
@@ -166,10 +178,7 @@ struct HttpServer::Impl {
             sink.done();
             return true;
           }
-          const std::string text =
-              now == seen
-                  ? ": still here\n\n"
-                  : "data: " + daemon.State().dump(-1, ' ', false, json::error_handler_t::replace) + "\n\n";
+          const std::string text = now == seen ? ": still here\n\n" : EventText(now);
           seen = now;
           return sink.write(text.data(), text.size());
         });

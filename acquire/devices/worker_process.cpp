@@ -141,8 +141,9 @@ WorkerAnswer WorkerProcess::Ask(const std::string& request, std::chrono::millise
   answer.line = ReadLine(until);
   const nlohmann::json line = nlohmann::json::parse(answer.line, nullptr, false);
   if (!line.is_object()) Give("talks nonsense");
-  const auto size = line.value("bytes", std::size_t{0});
-  if (size > kMostBytes) Give("talks nonsense");
+  const nlohmann::json bytes = line.value("bytes", nlohmann::json(0u));
+  if (!bytes.is_number_unsigned() || bytes > kMostBytes) Give("talks nonsense");
+  const auto size = bytes.get<std::size_t>();
   while (read_.size() < size) ReadMore(until);
   const auto* begin = reinterpret_cast<const std::byte*>(read_.data());
   answer.bytes.assign(begin, begin + size);

@@ -20,12 +20,15 @@ int Main(int argc, char** argv) {
   std::filesystem::path rig = ConfigDirectory() / "rigs/emulated_8band.toml";
   std::string scene;
   int port = -1;
+  double operator_s = 0.0;
   std::vector<std::string> command;
   app.add_option("--rig", rig,
                  "rig.toml: its slots and its scene are what the wheel holds and the camera sees");
   app.add_option("--scene", scene, "A scene TOML instead of the rig's");
   app.add_option("--wheel", options.wheel, "starlight or thorlabs");
   app.add_option("--network", port, "The camera on this port of 127.0.0.1 (PTP/IP) in place of USB");
+  app.add_option("--operator-s", operator_s, "Seconds that the operator takes to do what is asked for")
+      ->check(CLI::Range(0.0, 600.0));
   app.add_flag("--real-time", options.real_time, "As slow as real devices; else as fast as it goes");
   app.add_option("--fault", options.faults,
                  "NAME@COUNT[:SECONDS[xTIMES]], at that press of the shutter or move")
@@ -37,7 +40,7 @@ int Main(int argc, char** argv) {
     if (!scene.empty()) options.rig.simulated_scene = std::filesystem::absolute(scene);
     if (port >= 0) options.network_port = port;
     EmulatedStation station(options);
-    return RunWithOperator(station, command);
+    return RunWithOperator(station, command, operator_s);
   } catch (const Error& error) {
     std::fprintf(stderr, "dermap-emulator: error: %s\n", error.what());
     return static_cast<int>(error.code());

@@ -11,8 +11,10 @@
 
 #include <atomic>
 #include <cerrno>
+#include <chrono>
 #include <cstdlib>
 #include <cstring>
+#include <thread>
 
 #include "common/core/error.h"
 
@@ -27,7 +29,7 @@ void PassOn(int signal_number) {
   if (running_program > 0) ::kill(running_program, signal_number);
 }
 
-void Answer(EmulatedStation& station, const std::string& line, int to_program) {
+void Answer(EmulatedStation& station, const std::string& line, int to_program, double answer_s) {
   const auto about = [&](const char* what) { return line.rfind(what, 0) == 0; };
   if (about("[place black]")) {
     station.Place(FrameRole::kBlack);
@@ -42,13 +44,14 @@ void Answer(EmulatedStation& station, const std::string& line, int to_program) {
   } else {
     return;
   }
+  std::this_thread::sleep_for(std::chrono::duration<double>(answer_s));
   // A program that has ended in the meantime needs no answer.
   if (::write(to_program, "\n", 1) != 1) return;
 }
 
 }  // namespace
 
-int RunWithOperator(EmulatedStation& station, const std::vector<std::string>& command) {
+int RunWithOperator(EmulatedStation& station, const std::vector<std::string>& command, double answer_s) {
   int in[2], out[2];
   if (::pipe2(in, O_CLOEXEC) != 0 || ::pipe2(out, O_CLOEXEC) != 0) throw DeviceError("no pipe");
   posix_spawn_file_actions_t actions;
@@ -80,7 +83,7 @@ int RunWithOperator(EmulatedStation& station, const std::vector<std::string>& co
         line += block[i];
         continue;
       }
-      Answer(station, line, in[1]);
+      Answer(station, line, in[1], answer_s);
       line.clear();
     }
   }

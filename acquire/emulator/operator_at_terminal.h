@@ -10,7 +10,8 @@
 
 namespace dermap::emulator {
 
-// What the program prints on standard error is passed on. Returns its exit status, or 128 + signal.
-int RunWithOperator(EmulatedStation& station, const std::vector<std::string>& command);
+// What the program prints on standard error is passed on; `answer_s` is how long the operator takes for each
+// thing asked for. Returns its exit status, or 128 + signal.
+int RunWithOperator(EmulatedStation& station, const std::vector<std::string>& command, double answer_s);
 
 }  // namespace dermap::emulator

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <utility>
 
 #include "common/core/error.h"
 
@@ -99,8 +100,9 @@ void EmulatedStation::TurnWheel(int slot) {
 
 void EmulatedStation::SeeToIt() {
   const std::lock_guard lock(bus_.lock());
-  motion_.stuck = false;
-  motion_.slip = 0;  // it finds its slots anew when it is switched off and on
+  const bool was_stuck = std::exchange(motion_.stuck, false);
+  motion_.slip = 0;               // it finds its slots anew when it is switched off and on
+  if (was_stuck) motion_.Home();  // else it would wait for its move to end, and obey nothing
   starlight_.silent = thorlabs_.silent = false;
   camera_usb_.held_until = {};
   camera_.ChangeCard();

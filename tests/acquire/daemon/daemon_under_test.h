@@ -15,7 +15,7 @@
 
 namespace dermap::acquire_test {
 
-inline constexpr int kMostTries = 600;
+inline constexpr int kMostTries = 6000;  // of 10 ms; beyond it something hangs
 
 class DaemonUnderTest : public testing::Test {
  protected:

@@ -6,33 +6,7 @@ set -euo pipefail
 dermap=$1 emulator=$2
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-cat >"$work/scene.toml" <<'TOML'
-seed = 9
-flat_reflectance = 0.5
-[bench]
-width_px = 96
-height_px = 72
-scale_px_per_mm = 7
-window_center_px = [38, 35.5]
-TOML
-cat >"$work/rig.toml" <<'TOML'
-[camera]
-driver = "gphoto2"
-[wheel]
-driver = "starlight"
-[[wheel.slot]]
-slot = 1
-wavelength_nm = 540
-[[wheel.slot]]
-slot = 2
-wavelength_nm = 650
-[[wheel.slot]]
-slot = 3
-opaque = true
-[simulated]
-scene = "scene.toml"
-TOML
-printf '[[exposure]]\nslot = 1\niso = 100\n[[exposure]]\nslot = 2\niso = 250\n' >"$work/plan.toml"
+"$(dirname "$0")/../small_station.py" "$work" starlight gphoto2
 capture() { # capture EMULATOR_FLAGS -- CAPTURE_FLAGS
   local flags=()
   while [ "$1" != -- ]; do flags+=("$1"); shift; done

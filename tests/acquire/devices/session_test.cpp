@@ -126,6 +126,30 @@ TEST_F(EmulatedSession, AsksTheOperatorForEachTargetOnce) {
   EXPECT_THAT(summary.warnings, testing::IsEmpty());
 }
 
+// A Thorlabs wheel obeys nothing while it believes that it moves.
+TEST_F(EmulatedSession, GoesOnOnceAJammedThorlabsWheelWasFreed) {
+  Emulate({"wheel-stuck@3"}, "thorlabs");
+  Capture(MakeThorlabsWheel("", kQuickWheel));
+  ExpectWhole();
+}
+
+// The wheel falls silent on its move to frame 5, at which the session is ended: it is resumed with a wheel
+// that cannot be opened.
+TEST_F(EmulatedSession, AsksTheOperatorToSeeToADeviceThatFailsBeforeTheFirstFrame) {
+  Emulate({"wheel-silent@4"});
+  int asked_to_stop = 0;
+  options_.stop = [&] { return ++asked_to_stop > 4; };
+  EXPECT_FALSE(Capture().session.complete);
+  options_.stop = nullptr;
+  options_.resume = true;
+  asked_.clear();
+  Capture();
+  ASSERT_FALSE(asked_.empty());
+  EXPECT_EQ(asked_.front().kind, OperatorRequest::Kind::kFault);
+  EXPECT_THAT(asked_.front().sentence, HasSubstr("switch it off and on"));
+  ExpectWhole();
+}
+
 TEST_F(EmulatedSession, SurvivesWhatTheCameraGivesWrongly) {
   Emulate({"busy@1", "stall@3", "truncated@4", "repeated@7", "ram@8", "settings@9"});
   Capture();

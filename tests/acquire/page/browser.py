@@ -115,6 +115,7 @@ class Page:
         return self.eval("document.getElementById(%s).innerText" % json.dumps(element))
 
     def picture(self, path):
+        self.eval("Promise.allSettled(document.getAnimations().map(a => a.finished))")
         size = self.call("Page.getLayoutMetrics")["cssContentSize"]
         data = self.call("Page.captureScreenshot", format="png", captureBeyondViewport=True,
                          clip={"x": 0, "y": 0, "width": size["width"], "height": size["height"], "scale": 1})["data"]

@@ -5,83 +5,19 @@
 # Usage: page_test.py DERMAP EMULATOR [PICTURES_FOLDER]; ends with 77 (skipped) where there is no Chromium.
 import json
 import os
-import re
 import shutil
-import signal
 import subprocess
 import sys
 import tempfile
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)) + up for up in ("", "/..")]
 from browser import Browser, Page
-
-SCENE = """seed = 9
-flat_reflectance = 0.5
-[bench]
-width_px = 288
-height_px = 216
-scale_px_per_mm = 21
-window_center_px = [114, 106.5]
-flash_drift = 0
-motion_shift_mm = 0
-"""
-RIG = """name = "two filters"
-[camera]
-driver = "gphoto2"
-[wheel]
-driver = "starlight"
-[[wheel.slot]]
-slot = 1
-wavelength_nm = 540
-[[wheel.slot]]
-slot = 2
-wavelength_nm = 650
-[[wheel.slot]]
-slot = 3
-opaque = true
-[simulated]
-scene = "scene.toml"
-"""
-PLAN = "[[exposure]]\nslot = 1\niso = 100\n[[exposure]]\nslot = 2\niso = 250\n"
+from small_station import ServedStation, write_station
 
 
 def expect(condition, what):
     if not condition:
         raise AssertionError(what)
-
-
-class Station:
-    """`dermap serve` below the emulator. It has no operator of its own: the page is one."""
-
-    def __init__(self, dermap, emulator, folder, faults=()):
-        for name, text in (("scene.toml", SCENE), ("rig.toml", RIG), ("plan.toml", PLAN)):
-            with open(os.path.join(folder, name), "w") as file:
-                file.write(text)
-        command = [emulator, "--rig", folder + "/rig.toml"]
-        for fault in faults:
-            command += ["--fault", fault]
-        command += ["--", dermap, "serve", "--rig", folder + "/rig.toml", "--plan", folder + "/plan.toml", "--root",
-                    folder + "/sessions", "--listen", "127.0.0.1:0"]
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-        for line in self.process.stderr:
-            found = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
-            if found:
-                break
-        else:
-            raise RuntimeError("the daemon does not start")
-        self.url = "http://127.0.0.1:%s/" % found.group(1)
-        self.log = open(folder + "/log", "w")
-        self.drain = subprocess.Popen(["cat"], stdin=self.process.stderr, stdout=self.log)
-
-    def close(self):
-        self.process.send_signal(signal.SIGTERM)
-        try:
-            self.process.wait(30)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            self.process.wait()
-        self.drain.wait()
-        self.log.close()
 
 
 STATE = "(S && S.state)"
@@ -186,17 +122,19 @@ def main():
         print("skipped: no chromium here")
         return 77
     with tempfile.TemporaryDirectory() as folder:
-        station = Station(dermap, emulator, folder, ["full@3:0"])
+        write_station(folder, "starlight", enlarged=3)
+        station = ServedStation(dermap, emulator, folder, ["full@3:0"])  # its operator is the page
         browser = Browser(program)
         try:
-            page = Page(browser, station.url, 1300)
+            url = "http://127.0.0.1:%d/" % station.port
+            page = Page(browser, url, 1300)
 
             def picture(name, of=None):
                 if pictures:
                     (of or page).picture(os.path.join(pictures, name + ".png"))
 
             whole_session(page, picture)
-            two_windows(browser, page, station.url, picture)
+            two_windows(browser, page, url, picture)
             keyboard(page)
             end_and_resume(page)
             narrow(page, picture)

@@ -8,35 +8,9 @@ set -euo pipefail
 dermap=$1 library=$2 step=${3:-1} emulator=${4:-}
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
-cat >"$work/scene.toml" <<'TOML'
-seed = 9
-flat_reflectance = 0.5
-[bench]
-width_px = 96
-height_px = 72
-scale_px_per_mm = 7
-window_center_px = [38, 35.5]
-TOML
-cat >"$work/rig.toml" <<'TOML'
-name = "small"
-[[wheel.slot]]
-slot = 1
-wavelength_nm = 540
-[[wheel.slot]]
-slot = 2
-opaque = true
-[wheel]
-driver = "WHEEL"
-[camera]
-driver = "CAMERA"
-[simulated]
-scene = "scene.toml"
-TOML
-if [ -n "$emulator" ]; then
-  sed -i 's/WHEEL/starlight/; s/CAMERA/gphoto2/' "$work/rig.toml"
-else
-  sed -i 's/WHEEL/simulated/; s/CAMERA/simulated/' "$work/rig.toml"
-fi
+drivers=(simulated simulated)
+[ -z "$emulator" ] || drivers=(starlight gphoto2)
+"$(dirname "$0")/../small_station.py" "$work" "${drivers[@]}"
 # ISO 1600 saturates: the change of exposure is cut into as well.
 printf '[[exposure]]\nslot = 1\niso = 1600\n' >"$work/plan.toml"
 # What is the same in every session: hashes, or labels.

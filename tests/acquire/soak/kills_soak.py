@@ -15,8 +15,9 @@ import sys
 import tempfile
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from session_check import check, write_station
+sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)) + up for up in ("", "/..")]
+from session_check import check
+from small_station import write_station
 
 FAULTS = ["busy", "stall", "truncated", "repeated", "unplug", "unplug-read", "settings", "ram"]
 LONGEST_RESUMPTION_S = 300  # of a session that nobody kills any more

@@ -1,51 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
-# A small station and plan for soaks, and what can be wrong with a session that was taken with them. Knows nothing of
-# dermap but the files that docs/formats.md describes.
+# What can be wrong with a session that the small station took. Knows nothing of dermap but the files that
+# docs/formats.md describes.
 import hashlib
 import json
 import os
 import struct
 
-SCENE = """seed = 9
-flat_reflectance = 0.5
-[bench]
-width_px = 96
-height_px = 72
-scale_px_per_mm = 7
-window_center_px = [38, 35.5]
-flash_drift = 0
-motion_shift_mm = 0
-"""
-RIG = """name = "soak"
-[camera]
-driver = "%s"
-[wheel]
-driver = "%s"
-[[wheel.slot]]
-slot = 1
-wavelength_nm = 540
-[[wheel.slot]]
-slot = 2
-wavelength_nm = 650
-[[wheel.slot]]
-slot = 3
-opaque = true
-[simulated]
-scene = "scene.toml"
-"""
-PLAN = "[[exposure]]\nslot = 1\niso = 100\n[[exposure]]\nslot = 2\niso = 250\n"
-# What the plan asks for, by hand: role, slot and ISO of every frame.
-EXPECTED = [("black", 3, 100), ("black", 3, 250), ("spectralon", 1, 100), ("spectralon", 2, 250), ("skin", 1, 100),
-            ("skin", 2, 250)]
+from small_station import EXPECTED
+
 SAME_LIGHT = 0.03                  # of a frame's mean above black, from session to session
 BLACK_LEVEL = 126                  # of the emulated camera
-
-
-def write_station(folder, wheel, camera="gphoto2"):
-    """scene.toml, rig.toml and plan.toml."""
-    for name, text in (("scene.toml", SCENE), ("rig.toml", RIG % (camera, wheel)), ("plan.toml", PLAN)):
-        with open(os.path.join(folder, name), "w") as file:
-            file.write(text)
 
 
 def mean_above_black(path):

@@ -9,7 +9,6 @@ import json
 import os
 import random
 import re
-import signal
 import socket
 import subprocess
 import sys
@@ -17,8 +16,9 @@ import tempfile
 import threading
 import time
 
-sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from session_check import EXPECTED, check, write_station
+sys.path[:0] = [os.path.dirname(os.path.abspath(__file__)) + up for up in ("", "/..")]
+from session_check import check
+from small_station import EXPECTED, ServedStation, write_station
 
 # Faults and how often they strike, relative to each other; those that cost many seconds are rare.
 CAMERA_FAULTS = [("busy", 10), ("stall", 10), ("truncated", 10), ("repeated", 10), ("ram", 10), ("settings", 10),
@@ -27,6 +27,7 @@ CAMERA_FAULTS = [("busy", 10), ("stall", 10), ("truncated", 10), ("repeated", 10
 WHEEL_FAULTS = [("wheel-slip", 8), ("wheel-unplug", 8), ("wheel-silent", 3), ("wheel-stuck", 1)]
 SECONDS = {"full": 0, "second-client": 0.3, "late": 1}
 MOST_SECONDS_WITHOUT_CHANGE = 150  # beyond it a session is stuck: the longest wait of a driver is 30 s
+MOST_FAILURES = 10  # of one session, likewise: each is resumed
 
 
 def plan_faults(rng, sessions):
@@ -66,35 +67,16 @@ class Watchers:
             thread.join()
 
 
-class Station:
-    def __init__(self, dermap, emulator, folder, wheel, faults):
-        write_station(folder, wheel)
-        self.sessions = folder + "/sessions"
-        command = [emulator, "--rig", folder + "/rig.toml", "--wheel", wheel]
-        for fault in faults:
-            command += ["--fault", fault]
-        command += ["--", dermap, "serve", "--rig", folder + "/rig.toml", "--plan", folder + "/plan.toml", "--root",
-                    self.sessions, "--listen", "127.0.0.1:0"]
-        self.log = []
-        self.process = subprocess.Popen(command, stderr=subprocess.PIPE, text=True)
-        for line in self.process.stderr:
-            found = re.search(r"http://127\.0\.0\.1:(\d+)/", line)
-            if found:
-                break
-        else:
-            raise RuntimeError("the daemon does not start")
-        self.port = int(found.group(1))
-        threading.Thread(target=self.drain, daemon=True).start()
+class Station(ServedStation):
+    """One that is steered."""
+
+    def __init__(self, *arguments, **options):
+        super().__init__(*arguments, **options)
         self.connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=30)
         self.key = ""
         self.steer()
         children = open("/proc/%d/task/%d/children" % (self.process.pid, self.process.pid)).read().split()
         self.daemon = int(children[0])
-
-    def drain(self):
-        for line in self.process.stderr:
-            self.log.append(line)
-            del self.log[:-200]
 
     def ask(self, method, path, body=None):
         headers = {"X-Dermap-Key": self.key, "Content-Type": "application/json"}
@@ -111,14 +93,6 @@ class Station:
 
     def state(self):
         return self.ask("GET", "/api/state")[1]
-
-    def close(self):
-        self.process.send_signal(signal.SIGTERM)
-        try:
-            return self.process.wait(60)
-        except subprocess.TimeoutExpired:
-            self.process.kill()
-            return self.process.wait()
 
 
 def usage(pid):
@@ -148,7 +122,7 @@ class Soak:
             return ["stuck: does not start"]
         form["resume"] = True
         retake = self.rng.random() < 0.2
-        changed, version = time.monotonic(), 0
+        changed, version, failures = time.monotonic(), 0, 0
         while True:
             state = self.station.state()
             if state["version"] != version:
@@ -164,6 +138,9 @@ class Soak:
                 self.station.ask("POST", "/api/continue", {})
             elif state["state"] in ("ended", "failed"):
                 self.counts["ended and resumed" if state["state"] == "ended" else "failed and resumed"] += 1
+                failures += state["state"] == "failed"
+                if failures > MOST_FAILURES:
+                    return ["stuck: fails again and again: %s" % state["problem"]]
                 begun = os.path.exists("%s/%s/journal.jsonl" % (self.station.sessions, name))
                 self.station.ask("POST", "/api/start", dict(form, resume=begun))
             elif state["state"] == "complete" and retake:
@@ -181,7 +158,8 @@ def run(options, folder):
     rng = random.Random(options.seed)
     faults = plan_faults(rng, options.sessions)
     wheel = rng.choice(["starlight", "thorlabs"])
-    station = Station(options.dermap, options.emulator, folder, wheel, faults)
+    write_station(folder, wheel)
+    station = Station(options.dermap, options.emulator, folder, faults, wheel)
     watchers = Watchers(station.port, options.watchers)
     soak, wrong, light, used = Soak(station, rng), [], {}, []
     print("%d sessions, seed %d, wheel %s, %d faults planned, %d watchers" %
@@ -203,7 +181,7 @@ def run(options, folder):
     watchers.end()
     code = station.close()
     if wrong:
-        print("".join(station.log[-40:]))
+        print("".join(list(station.log)[-40:]))
     return soak, wrong, used, watchers, code
 
 
