@@ -10,7 +10,6 @@
 #include "fit/ceres_reference.h"
 #include "fit/descent.h"
 #include "fit/free_under_prior.h"
-#include "fit/resample.h"
 #include "fit/start_maps.h"
 #include "fit/uncertainty.h"
 
@@ -94,20 +93,8 @@ void TakeLarger(const std::vector<PlaneF>& other, std::vector<PlaneF>& variance)
       variance[j].data()[i] = std::max(variance[j].data()[i], other[j].data()[i]);
 }
 
-constexpr int kAreaHalvings =
-    1;  // areas of 2 x 2 pixels, over which the noise of single ones averages out in part
-
-// The square of how far the maps of a parameter lie from others, by areas, scaled units.
-PlaneF SquaredDistance(const PlaneF& here, const PlaneF& there, double scale) {
-  PlaneF distance = here;
-  for (std::size_t i = 0; i < here.size(); ++i) distance.data()[i] -= there.data()[i];
-  for (int halving = 0; halving < kAreaHalvings; ++halving) distance = Halve(distance);
-  for (float& value : distance.values()) value = static_cast<float>(std::pow(value / scale, 2));
-  return ResizeLinear(distance, here.width(), here.height());
-}
-
 // The paper's method knows pixels one by one. What all pixels share, and what was told, the fast fit of the
-// same data tells; where the two methods' maps differ on average, one of them has not come to the end.
+// same data tells; and no pixel is known better than the two methods agree on it.
 void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                  const FitOptions& options, const PatchProblem& problem, MethodOutcome& outcome,
                  RunLog& log) {
@@ -124,12 +111,12 @@ void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMake
   const ParameterMaps sigma = StandardDeviations(problem, outcome.state);
   for (int j = 0; j < space.count(); ++j) {
     const Parameter p = space.parameter(j);
-    PlaneF variance =
-        SquaredDistance(outcome.state.maps.Unknown(p), fast.state.maps.Unknown(p), space.scale(j));
+    const PlaneF &here = outcome.state.maps.Unknown(p), &there = fast.state.maps.Unknown(p);
+    PlaneF variance = fast.variance[static_cast<std::size_t>(j)];
     for (std::size_t i = 0; i < variance.size(); ++i)
       variance.data()[i] +=
           static_cast<float>(outcome.scatter * std::pow(sigma.Unknown(p).data()[i] / space.scale(j), 2) +
-                             fast.variance[static_cast<std::size_t>(j)].data()[i]);
+                             std::pow((here.data()[i] - there.data()[i]) / space.scale(j), 2));
     outcome.variance.push_back(std::move(variance));
   }
   outcome.noise_variance = std::move(fast.noise_variance);
