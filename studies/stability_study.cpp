@@ -105,7 +105,8 @@ StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const Stab
   for (const FitMethod method : Methods(options)) {
     for (const Sweep& sweep : sweeps) {
       if (std::count(sweep.methods.begin(), sweep.methods.end(), method) == 0) continue;
-      const int fits = method == FitMethod::kFast ? noises : 1;
+      const bool quick = method == FitMethod::kFast || (method == FitMethod::kCeres && sweep.small);
+      const int fits = quick ? noises : 1;
       for (const double value : sweep.values)
         plan.push_back({fmt::format("{} {} {:g}", sweep.name, NameOf(method), value), Cost(method) * fits,
                         [&, method, value, fits] {

@@ -13,8 +13,9 @@
 namespace dermap {
 namespace {
 
-constexpr double kNoise = 0.005;       // of the reflectance, where noise is not what is swept
-constexpr double kJudgeNoise = 0.01;   // beside a Monte Carlo
+constexpr double kNoise = 0.005;      // of the reflectance, where noise is not what is swept
+constexpr double kJudgeNoise = 0.01;  // beside a Monte Carlo
+constexpr const char* kSkinsJudge = "adding-doubling";
 constexpr int kLoneBand = 3;           // 540 nm: the band that a single fault befalls
 constexpr double kSpoiltPixel = 0.25;  // share of the window's pixels beside which a ring is judged
 
@@ -143,7 +144,7 @@ Make OfPrecision(StabilityBench& bench) {
 }
 
 std::vector<Sweep> SkinSweeps(StabilityBench& bench) {
-  const std::string judge = "adding-doubling";
+  const std::string judge = kSkinsJudge;
   return {{"melanin",
            "C_m, volume fraction (table 1 ends at 0.5)",
            judge,
@@ -329,6 +330,7 @@ std::vector<Sweep> StabilitySweeps(StabilityBench& bench, bool quick) {
   std::vector<Sweep> sweeps;
   for (auto part : {SkinSweeps(bench), DataSweeps(bench), ModelSweeps(bench)})
     for (Sweep& sweep : part) sweeps.push_back(std::move(sweep));
+  for (Sweep& sweep : sweeps) sweep.small = sweep.judge == kSkinsJudge;
   if (quick)
     for (Sweep& sweep : sweeps) KeepThree(sweep);
   return sweeps;

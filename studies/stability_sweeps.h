@@ -29,6 +29,7 @@ struct Sweep {
   bool log = true;             // the axis
   std::vector<FitMethod> methods;
   std::function<StabilityCase(double value, std::uint64_t seed)> make;
+  bool small = false;  // few pixels: the reference, too, fits several noises
 };
 
 // `bench` must outlive them. Quick: three values a sweep.
