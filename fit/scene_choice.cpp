@@ -102,7 +102,7 @@ double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& sta
 }
 
 // Before anything is seen, most skin has no tattoo: logarithm of the odds.
-constexpr double kOddsOfTattoo = -3.0;
+constexpr double kOddsOfTattoo = -4.6;
 
 double LogOdds(const std::vector<OctaveEvidence>& octaves, const Status& status,
                const ParameterSpace& space) {
