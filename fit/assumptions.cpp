@@ -16,7 +16,8 @@ namespace dermap {
 namespace {
 
 constexpr double kPixelStep = 0.2, kThicknessStep = 0.05;  // of the differences, logarithms
-constexpr double kAtBound = 1e-4, kMostAtBound = 0.1;      // of the range; of the pixels
+constexpr double kSmallPixelStep = -1.4;               // where pixels are told so large that no blur is seen
+constexpr double kAtBound = 1e-4, kMostAtBound = 0.1;  // of the range; of the pixels
 constexpr float kProbe = 1e-3f;  // of an answer, so that no bound of a parameter is near
 constexpr double kAboveTolerance = 5.0;
 constexpr double kClamped = 1e-12;  // variance of what may not move, scaled units
@@ -38,13 +39,26 @@ SkinPoint MeanSkin(const PatchProblem& problem, const ParameterMaps& maps) {
 }
 
 // A difference of renders below their tolerance says nothing.
-bool IsSeen(const PatchProblem& problem, const std::vector<PlaneF>& answer) {
+bool IsSeen(const PatchProblem& problem, const std::vector<PlaneF>& answer, double step) {
   double squares = 0.0, count = 0.0;
   for (const PlaneF& plane : answer) {
     for (const float value : plane.values()) squares += static_cast<double>(value) * value;
     count += static_cast<double>(plane.size());
   }
-  return kPixelStep * std::sqrt(squares / count) > kAboveTolerance * problem.model().options().tolerance;
+  return std::abs(step) * std::sqrt(squares / count) > kAboveTolerance * problem.model().options().tolerance;
+}
+
+std::vector<PlaneF> AnswerToStep(const PatchProblem& problem, const FitState& state, double step) {
+  ImagingConditions other = problem.model().conditions();
+  other.pixel_size_mm *= std::exp(step);
+  std::vector<PlaneF> answer = problem.model().With(other).Render(state.maps);
+  for (std::size_t b = 0; b < answer.size(); ++b)
+    for (std::size_t i = 0; i < answer[b].size(); ++i)
+      answer[b].data()[i] =
+          static_cast<float>(std::log(std::max<double>(answer[b].data()[i], kDarkest) /
+                                      std::max<double>(state.predicted[b].data()[i], kDarkest)) /
+                             step);
+  return answer;
 }
 
 // Pixels at a bound answer no more: with many of them the optimum is not where the score of maps is nothing.
@@ -147,16 +161,11 @@ Answered DataAt(const PatchProblem& problem, const FitState& state, const Forwar
 }  // namespace
 
 std::vector<PlaneF> AnswerToPixelSize(const PatchProblem& problem, const FitState& state) {
-  ImagingConditions larger = problem.model().conditions();
-  larger.pixel_size_mm *= std::exp(kPixelStep);
-  std::vector<PlaneF> answer = problem.model().With(larger).Render(state.maps);
-  for (std::size_t b = 0; b < answer.size(); ++b)
-    for (std::size_t i = 0; i < answer[b].size(); ++i)
-      answer[b].data()[i] =
-          static_cast<float>(std::log(std::max<double>(answer[b].data()[i], kDarkest) /
-                                      std::max<double>(state.predicted[b].data()[i], kDarkest)) /
-                             kPixelStep);
-  return answer;
+  for (const double step : {kPixelStep, kSmallPixelStep}) {
+    std::vector<PlaneF> answer = AnswerToStep(problem, state, step);
+    if (IsSeen(problem, answer, step)) return answer;
+  }
+  return {};
 }
 
 std::vector<PlaneF> AnswerToThickness(const PatchProblem& problem, const FitState& state,
@@ -197,7 +206,7 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
   const ParameterSpace& space = problem.space();
   AssumptionCheck check;
   check.assumption = assumption;
-  if (assumption == Assumption::kPixelSize && !IsSeen(problem, answer)) return check;
+  if (answer.empty()) return check;
   std::vector<FreeVector> prior(detail.prior.begin(), detail.prior.end());
   if (assumption == Assumption::kThickness)
     for (FreeVector& variance : prior)

@@ -22,7 +22,8 @@ struct AssumptionCheck {
   std::vector<PlaneF> maps;  // of each free parameter, if it is: scaled units; empty: nothing can be said
 };
 
-// Answers of the logarithm of reflectance, one plane a band, to the logarithm of what was told.
+// Answers of the logarithm of reflectance, one plane a band, to the logarithm of what was told; nothing where
+// renders would have to be more exact to see any.
 std::vector<PlaneF> AnswerToPixelSize(const PatchProblem& problem, const FitState& state);
 std::vector<PlaneF> AnswerToThickness(const PatchProblem& problem, const FitState& state,
                                       std::string_view profiles);

@@ -71,6 +71,14 @@ void Conclude(const Tally& tally, StabilityPoint& point) {
 
 }  // namespace
 
+bool StabilityPoint::IsIdentifiable() const {
+  constexpr double kOpen = 0.5;  // of a uniform distribution over the range, as the flag has it
+  for (int k = 0; k < kParameterCount; ++k)
+    if (parameters[k].bound * std::sqrt(12.0) > kOpen * (kParameters[k].upper - kParameters[k].lower))
+      return false;
+  return true;
+}
+
 StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, StabilityBench& bench,
                             int noises, std::uint64_t seed) {
   StabilityPoint point{.sweep = sweep.name, .method = std::string(NameOf(method)), .value = value};

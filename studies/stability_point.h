@@ -34,6 +34,10 @@ struct StabilityPoint {
   // To be compared with the harmless point (Relate).
   double excess = 0.0;  // error over what noise allows, root mean square over the parameters
   bool silently_wrong = false;
+
+  // Whether a single pixel's noise leaves every parameter less open than what is called not identifiable:
+  // where not, a flag is what is asked for.
+  bool IsIdentifiable() const;
 };
 
 // The fit of every noise. A fit that refuses is a result.

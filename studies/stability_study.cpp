@@ -14,6 +14,7 @@ namespace dermap {
 namespace {
 
 constexpr double kMostFlagged = 0.5;
+constexpr int kSmallNoises = 3;
 
 double Cost(FitMethod method) {
   return method == FitMethod::kFast ? 1.0 : method == FitMethod::kCeres ? 6.0 : 12.0;
@@ -106,7 +107,7 @@ StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const Stab
     for (const Sweep& sweep : sweeps) {
       if (std::count(sweep.methods.begin(), sweep.methods.end(), method) == 0) continue;
       const bool quick = method == FitMethod::kFast || (method == FitMethod::kCeres && sweep.small);
-      const int fits = quick ? noises : 1;
+      const int fits = sweep.small && quick ? kSmallNoises : quick ? noises : 1;
       for (const double value : sweep.values)
         plan.push_back({fmt::format("{} {} {:g}", sweep.name, NameOf(method), value), Cost(method) * fits,
                         [&, method, value, fits] {
@@ -127,10 +128,10 @@ StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const Stab
   for (std::size_t i = 0; i < study.points.size(); ++i) {
     const StabilityPoint& p = study.points[i];
     if (p.silently_wrong) study.silently_wrong.push_back(i);
-    if (IsRight(p) && p.flagged > kFlaggedInside) study.flagged_inside.push_back(i);
+    if (IsRight(p) && p.IsIdentifiable() && p.flagged > kFlaggedInside) study.flagged_inside.push_back(i);
   }
   study.verdicts = {{"points that are silently wrong", static_cast<double>(study.silently_wrong.size()), 0.0},
-                    {"points that are right, yet with more than 5 % of the pixels flagged",
+                    {"points that are right and identifiable, yet with more than 5 % of the pixels flagged",
                      static_cast<double>(study.flagged_inside.size()), 0.0}};
   return study;
 }
