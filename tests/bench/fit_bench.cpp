@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <exception>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
@@ -113,7 +114,7 @@ nlohmann::json Measure(const Chromophores& chromophores, const std::string& name
 }  // namespace
 }  // namespace dermap
 
-int main(int argc, char** argv) {
+int main(int argc, char** argv) try {
   using namespace dermap;
   const std::string flag = "--summary=";
   std::string path;
@@ -124,4 +125,7 @@ int main(int argc, char** argv) {
   for (const char* name : {"light", "medium", "vein"}) json["scenes"][name] = Measure(chromophores, name);
   if (!path.empty()) WriteFileAtomically(path, json.dump(2) + "\n");
   return 0;
+} catch (const std::exception& error) {
+  std::fprintf(stderr, "fit_bench: %s\n", error.what());
+  return 2;
 }
