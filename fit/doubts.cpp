@@ -30,6 +30,8 @@ double ThicknessTestError(const ForwardModel& model) {
   return kTestError / (paths * paths);
 }
 
+constexpr double kTellsNothing = 0.1;  // of a test, its error
+
 constexpr double kPossible = 0.05;  // probability
 
 }  // namespace
@@ -40,9 +42,10 @@ bool Doubt::IsGross() const {
 
 void Doubts::CheckThickness(const PatchProblem& problem, const FitState& state, const DetailView& detail,
                             const SkinPoint& fixed, std::string_view profiles) {
-  if (problem.data().band_count() <= kUnknownCount) return;
+  const double test_error = ThicknessTestError(problem.model());
+  if (problem.data().band_count() <= kUnknownCount || test_error > kTellsNothing) return;
   thickness_ = CheckAssumption(Assumption::kThickness, AnswerToThickness(problem, state, profiles), problem,
-                               state, detail, fixed, ThicknessTestError(problem.model()));
+                               state, detail, fixed, test_error);
   if (!thickness_.maps.empty()) thickness_of_ = problem.space().free();
 }
 
