@@ -83,7 +83,9 @@ ForwardModel StabilityBench::ModelFor(const ReflectanceStack& stack, const Tissu
 }
 
 const KnownStack& StabilityBench::Freckled(const std::vector<Band>& bands) {
-  KnownStack& known = freckled_[bands.size()];
+  std::vector<double> wavelengths_nm;
+  for (const Band& band : bands) wavelengths_nm.push_back(band.wavelength_nm);
+  KnownStack& known = freckled_[wavelengths_nm];
   if (!known.stack.bands.empty()) return known;
   known.truth = StudySkin("medium", size_);
   known.stack = EmptyStack(bands, size_, size_, kStudyPatch_mm / size_, Illumination::kWindow);

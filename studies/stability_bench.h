@@ -50,7 +50,7 @@ class StabilityBench {
   int size_;
   std::uint64_t photons_;
   Chromophores chromophores_;
-  std::map<std::size_t, KnownStack> freckled_;  // by number of bands
+  std::map<std::vector<double>, KnownStack> freckled_;  // by the bands' wavelengths
   std::map<double, KnownStack> edges_;
   std::unique_ptr<KnownStack> window_;
 };
