@@ -69,4 +69,30 @@ std::optional<SuspectBand> FindSuspectBand(const PatchProblem& problem,
   return suspect;
 }
 
+double ShareOfGains(const FitData& data, const FitState& state) {
+  double explained = 0.0;
+  for (int b = 0; b < data.band_count(); ++b) {
+    double weights = 0.0, sum = 0.0;
+    for (std::size_t i = 0; i < data.fitted.size(); ++i) {
+      if (!data.fitted.data()[i] || !data.Has(b, i)) continue;
+      const LogResidual datum =
+          LogResidualOf(data.measured[b].data()[i], data.sigma[b].data()[i], state.predicted[b].data()[i]);
+      weights += datum.weight * datum.weight;
+      sum += datum.weight * datum.residual;
+    }
+    if (weights > 0.0) explained += sum * sum / weights;
+  }
+  return explained / state.misfit.chi2;
+}
+
+double GainError(const FitData& data, int band, const PlaneF& predicted) {
+  double measured_sum = 0.0, predicted_sum = 0.0;
+  for (std::size_t i = 0; i < predicted.size(); ++i) {
+    if (!data.fitted.data()[i] || !data.Has(band, i)) continue;
+    measured_sum += data.measured[band].data()[i];
+    predicted_sum += predicted.data()[i];
+  }
+  return measured_sum / predicted_sum - 1.0;
+}
+
 }  // namespace dermap

@@ -26,4 +26,9 @@ std::optional<SuspectBand> FindSuspectBand(const PatchProblem& problem,
                                            const std::vector<OctaveLevel>& levels, const DetailView& detail,
                                            const SkinPoint& fixed, double least = kLoudGain);
 
+// Of chi2, what bands' gains alone would explain: a gross one leaves the others off as well.
+double ShareOfGains(const FitData& data, const FitState& state);
+// Measured over predicted, sums over the pixels, less 1.
+double GainError(const FitData& data, int band, const PlaneF& predicted);
+
 }  // namespace dermap

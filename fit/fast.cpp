@@ -8,9 +8,9 @@
 #include <optional>
 #include <utility>
 
-#include "common/core/parallel.h"
 #include "fit/fast_variance.h"
 #include "fit/local_start.h"
+#include "fit/map_steps.h"
 #include "fit/octave_solver.h"
 #include "fit/resample.h"
 #include "fit/size_fit.h"
@@ -34,59 +34,6 @@ std::vector<int> Sizes(int size) {
   while ((sizes.back() + 1) / 2 >= kCoarsestSize) sizes.push_back((sizes.back() + 1) / 2);
   std::reverse(sizes.begin(), sizes.end());
   return sizes;
-}
-
-// Skins from the patch's lightest to its darkest: means of the pixels around two quantiles of melanin.
-std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const ParameterMaps& maps) {
-  std::vector<std::pair<float, std::size_t>> by_melanin;
-  for (std::size_t i = 0; i < problem.data().fitted.size(); ++i)
-    if (problem.data().fitted.data()[i]) by_melanin.emplace_back(maps[Parameter::kC_m].data()[i], i);
-  std::sort(by_melanin.begin(), by_melanin.end());
-  std::vector<ParameterVector> skins;
-  for (const double quantile : {0.02, 0.98}) {
-    const auto middle = static_cast<std::size_t>(quantile * static_cast<double>(by_melanin.size() - 1));
-    const std::size_t reach = by_melanin.size() / 64;
-    const std::size_t begin = middle - std::min(middle, reach);
-    const std::size_t end = std::min(middle + reach + 1, by_melanin.size());
-    ParameterVector mean{};
-    for (std::size_t k = begin; k < end; ++k)
-      for (int j = 0; j < kParameterCount; ++j)
-        mean[j] += maps.planes[j].data()[by_melanin[k].second] / static_cast<double>(end - begin);
-    skins.push_back(mean);
-  }
-  return skins;
-}
-
-// The maps at the problem's size, twice theirs: what they mean over areas is kept.
-ParameterMaps Enlarged(const PatchProblem& problem, const ParameterMaps& maps) {
-  const GridShape shape{problem.data().width(), problem.data().height()};
-  ParameterMaps large;
-  ParallelFor(kParameterCount, [&](int i) { large.planes[i] = Double(maps.planes[i], shape); });
-  for (const PlaneF& plane : maps.junction_absorbance)
-    large.junction_absorbance.push_back(Double(plane, shape));
-  for (const Parameter p : problem.space().free())
-    for (float& value : large.Unknown(p).values())
-      value = std::clamp(value, static_cast<float>(InfoOf(p).lower), static_cast<float>(InfoOf(p).upper));
-  return large;
-}
-
-// Values of what a candidate does not free.
-SkinPoint FixedBy(const Candidate& candidate, SkinPoint fixed) {
-  for (const Parameter p : candidate.absent) fixed[static_cast<int>(p)] = 0.0;
-  return fixed;
-}
-
-// The maps with every unknown that is not free at its fixed value.
-ParameterMaps WithFixed(const ParameterSpace& space, const ParameterMaps& maps, const SkinPoint& fixed) {
-  ParameterMaps out = maps;
-  for (const Parameter p : AllUnknowns()) {
-    if (std::find(space.free().begin(), space.free().end(), p) != space.free().end()) continue;
-    if (p == Parameter::kJunctionAbsorbance)
-      out.junction_absorbance.clear();
-    else
-      for (float& value : out[p].values()) value = static_cast<float>(fixed[static_cast<int>(p)]);
-  }
-  return out;
 }
 
 // The prior of some of the unknowns.
@@ -179,7 +126,7 @@ class CoarseToFine {
   // gross error can lead the fit with all bands too far astray for the check of the mean.
   void LeaveOneOut(FitData& data, const ForwardModel& model, int first) {
     const PatchProblem all(data, model, ParameterSpace(outcome_.free));
-    if (data.band_count() < kParameterCount + 2 || ShareOfGains(data) < kGainsAtWork) return;
+    if (data.band_count() < kParameterCount + 2 || ShareOfGains(data, outcome_.state) < kGainsAtWork) return;
     std::optional<FastOutcome> best;
     double least = kMostlyExplained * outcome_.state.misfit.Chi2PerDatum();
     SuspectBand suspect;
@@ -206,33 +153,6 @@ class CoarseToFine {
     std::copy(best->detail.prior.begin(), best->detail.prior.end(), outcome_.detail.prior.begin());
     std::copy(best->detail.scatter.begin(), best->detail.scatter.end(), outcome_.detail.scatter.begin());
     outcome_.state = PatchProblem(data, model, all.space()).StateOf(std::move(best->state.maps));
-  }
-
-  // Of chi2, what bands' gains alone would explain: a gross one leaves the others off as well.
-  double ShareOfGains(const FitData& data) const {
-    double explained = 0.0;
-    for (int b = 0; b < data.band_count(); ++b) {
-      double weights = 0.0, sum = 0.0;
-      for (std::size_t i = 0; i < data.fitted.size(); ++i) {
-        if (!data.fitted.data()[i] || !data.Has(b, i)) continue;
-        const LogResidual datum = LogResidualOf(data.measured[b].data()[i], data.sigma[b].data()[i],
-                                                outcome_.state.predicted[b].data()[i]);
-        weights += datum.weight * datum.weight;
-        sum += datum.weight * datum.residual;
-      }
-      if (weights > 0.0) explained += sum * sum / weights;
-    }
-    return explained / outcome_.state.misfit.chi2;
-  }
-
-  static double GainError(const FitData& data, int band, const PlaneF& predicted) {
-    double measured_sum = 0.0, predicted_sum = 0.0;
-    for (std::size_t i = 0; i < predicted.size(); ++i) {
-      if (!data.fitted.data()[i] || !data.Has(band, i)) continue;
-      measured_sum += data.measured[band].data()[i];
-      predicted_sum += predicted.data()[i];
-    }
-    return measured_sum / predicted_sum - 1.0;
   }
 
   // Divides the band by its gain error, here and at full size.

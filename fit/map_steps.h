@@ -1,0 +1,24 @@
+// SPDX-License-Identifier: Apache-2.0
+// Maps on their way from one size and set of free parameters to the next.
+#pragma once
+
+#include <vector>
+
+#include "fit/patch_problem.h"
+#include "fit/scene_choice.h"
+
+namespace dermap {
+
+// Skins from the patch's lightest to its darkest: means of the pixels around two quantiles of melanin.
+std::vector<ParameterVector> SkinsOf(const PatchProblem& problem, const ParameterMaps& maps);
+
+// The maps at the problem's size, twice theirs: what they mean over areas is kept.
+ParameterMaps Enlarged(const PatchProblem& problem, const ParameterMaps& maps);
+
+// Values of what a candidate does not free.
+SkinPoint FixedBy(const Candidate& candidate, SkinPoint fixed);
+
+// The maps with every unknown that is not free at its fixed value.
+ParameterMaps WithFixed(const ParameterSpace& space, const ParameterMaps& maps, const SkinPoint& fixed);
+
+}  // namespace dermap
