@@ -36,12 +36,7 @@ class Refits {
     model_.details.assign(detail.details.begin(), detail.details.end());
     model_.scatter.assign(detail.scatter.begin(), detail.scatter.end());
     model_.blur.assign(detail.blur.begin(), detail.blur.end());
-    for (std::vector<FreeVector>* vectors : {&model_.prior, &model_.details})
-      for (FreeVector& vector : *vectors) {
-        const FreeVector all = vector;
-        for (int j = 0, k = 0; j < problem.space().count(); ++j)
-          if (problem.space().parameter(j) != Parameter::kJunctionAbsorbance) vector[k++] = all[j];
-      }
+    KeepFree(problem.space(), space_, model_);
   }
 
   Trial At(double error, bool trust_mean) {

@@ -69,6 +69,15 @@ DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPr
   return model;
 }
 
+void KeepFree(const ParameterSpace& before, const ParameterSpace& after, DetailModel& detail) {
+  for (std::vector<FreeVector>* vectors : {&detail.prior, &detail.details})
+    for (FreeVector& vector : *vectors) {
+      const FreeVector all = vector;
+      for (int j = 0, k = 0; j < before.count(); ++j)
+        if (k < after.count() && before.parameter(j) == after.parameter(k)) vector[k++] = all[j];
+    }
+}
+
 DetailView ViewFrom(DetailModel& model, int first) {
   const std::size_t seen = std::min(static_cast<std::size_t>(first), model.blur.size());
   return {std::span(model.prior).subspan(first), std::span(model.details).subspan(first),

@@ -38,6 +38,9 @@ struct DetailModel {
 inline constexpr double kFirstDetailSigma = 0.25;  // scaled units
 DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPrior> link = {});
 
+// Drops what of `before` is not in `after`, a part of it in the same order.
+void KeepFree(const ParameterSpace& before, const ParameterSpace& after, DetailModel& detail);
+
 // The same seen from pixels that are 2^first as large.
 struct DetailView {
   std::span<FreeVector> prior, details;

@@ -36,16 +36,6 @@ std::vector<int> Sizes(int size) {
   return sizes;
 }
 
-// The prior of some of the unknowns.
-void Keep(const ParameterSpace& before, const ParameterSpace& after, DetailModel& detail) {
-  for (std::vector<FreeVector>* vectors : {&detail.prior, &detail.details})
-    for (FreeVector& vector : *vectors) {
-      const FreeVector all = vector;
-      for (int j = 0, k = 0; j < before.count(); ++j)
-        if (k < after.count() && before.parameter(j) == after.parameter(k)) vector[k++] = all[j];
-    }
-}
-
 class CoarseToFine {
  public:
   CoarseToFine(FitData& data, const ForwardModel& model, const ModelMaker& make_model,
@@ -113,7 +103,7 @@ class CoarseToFine {
     variance_.HoldFixed(problem, outcome_.state, outcome_.detail, outcome_.free, outcome_.fixed, first,
                         !LacksBands(outcome_.candidates, data.band_count()));
     const ParameterSpace space(outcome_.free);
-    Keep(problem.space(), space, outcome_.detail);
+    KeepFree(problem.space(), space, outcome_.detail);
     outcome_.state.maps = WithFixed(space, outcome_.state.maps, outcome_.fixed);
     log_.renders_before += problem.renders();
   }

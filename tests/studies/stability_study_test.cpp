@@ -57,7 +57,9 @@ TEST(StabilityPoint, SaysWhatTheProgramDid) {
 TEST(StabilityStudy, FastIsNeverSilentlyWrongHere) {
   const TemporaryFolder folder;
   StabilityStudyOptions options{
-      .quick = true, .sweeps = {"melanin", "gain", "drift", "noise", "misregistration"}, .methods = {}};
+      .quick = true,
+      .sweeps = {"melanin", "gain", "drift", "noise", "misregistration", "pixel_size", "wrong_thickness"},
+      .methods = {}};
   const StabilityStudy study = RunStabilityStudy(folder.path(), options, {});
   EXPECT_TRUE(study.silently_wrong.empty());
   // Bands displaced by a fifth of a pixel are flagged beside edges before the error doubles.
