@@ -113,10 +113,14 @@ void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMake
     const Parameter p = space.parameter(j);
     const PlaneF &here = outcome.state.maps.Unknown(p), &there = fast.state.maps.Unknown(p);
     PlaneF variance = fast.variance[static_cast<std::size_t>(j)];
-    for (std::size_t i = 0; i < variance.size(); ++i)
-      variance.data()[i] +=
-          static_cast<float>(outcome.scatter * std::pow(sigma.Unknown(p).data()[i] / space.scale(j), 2) +
-                             std::pow((here.data()[i] - there.data()[i]) / space.scale(j), 2));
+    for (std::size_t i = 0; i < variance.size(); ++i) {
+      const double of_pixel = std::pow(sigma.Unknown(p).data()[i] / space.scale(j), 2);
+      const double distance = (here.data()[i] - there.data()[i]) / space.scale(j);
+      variance.data()[i] += static_cast<float>(outcome.scatter * of_pixel + distance * distance);
+      if (!fast.noise_variance.empty())
+        fast.noise_variance[static_cast<std::size_t>(j)].data()[i] +=
+            static_cast<float>(of_pixel + distance * distance);
+    }
     outcome.variance.push_back(std::move(variance));
   }
   outcome.noise_variance = std::move(fast.noise_variance);
