@@ -37,7 +37,7 @@ constexpr double kPossible = 0.05;  // probability
 }  // namespace
 
 bool Doubt::IsGross() const {
-  return probability > 0.5 && std::abs(log_error) > kGross;
+  return probability > Doubts::kLikely && std::abs(log_error) > kGross;
 }
 
 void Doubts::CheckThickness(const PatchProblem& problem, const FitState& state, const DetailView& detail,

@@ -3,6 +3,7 @@
 // is a result, never an exception.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <string>
@@ -21,10 +22,15 @@ enum FitFlag : std::uint32_t {
   kFlagAtBound = 1,    // a free parameter ended at a bound of [D08 table 1]
   kFlagSaturated = 2,  // masked in the stack: saturated, dead or invalid; parameters are the neighbours' mean
   kFlagNotConverged = 4,      // the pixel's own residual is far above its noise
-  kFlagNotIdentifiable = 8,   // sigma of a free parameter exceeds half of its range
+  kFlagNotIdentifiable = 8,   // sigma of a free parameter exceeds kIdentifiable of what its range alone says
   kFlagOutsideValidity = 16,  // reflectance outside what the model can produce
   kFlagUnexplained = 32,  // residuals widened a sigma to kUnexplainedWidening times what noise alone leaves
 };
+inline constexpr std::array<const char*, 6> kFitFlagNames{
+    // by bit
+    "at a bound", "masked", "not converged", "not identifiable", "outside the model", "unexplained"};
+
+inline constexpr double kIdentifiable = 0.5;  // of range / sqrt(12), the sigma of a range alone
 
 struct FitIteration {
   int iteration = 0;

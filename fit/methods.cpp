@@ -17,6 +17,8 @@ namespace dermap {
 namespace {
 
 constexpr double kLoudScatter = 1.2;  // of residuals over noise, variances: above it the fit says so
+// Between descent and fast, squared, over the variance of a pixel by itself: as far as its noise explains.
+constexpr double kNoiseDistance = 4.0;
 
 template <class... Args>
 std::string Format(const char* format, Args... args) {
@@ -94,7 +96,10 @@ void TakeLarger(const std::vector<PlaneF>& other, std::vector<PlaneF>& variance)
 }
 
 // The paper's method knows pixels one by one. What all pixels share, and what was told, the fast fit of the
-// same data tells; and no pixel is known better than the two methods agree on it.
+// same data tells. What residuals show of that beyond noise adds to a pixel's own sigma in full, not in
+// squares: it is one error for all pixels, and most of them must be covered even where it is large. A pixel's
+// own noise keeps it within two sigma of the fast fit's; where it is farther, sigma grows until 95 %
+// intervals reach there.
 void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                  const FitOptions& options, const PatchProblem& problem, MethodOutcome& outcome,
                  RunLog& log) {
@@ -113,13 +118,15 @@ void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMake
     const Parameter p = space.parameter(j);
     const PlaneF &here = outcome.state.maps.Unknown(p), &there = fast.state.maps.Unknown(p);
     PlaneF variance = fast.variance[static_cast<std::size_t>(j)];
+    PlaneF* noise = fast.noise_variance.empty() ? nullptr : &fast.noise_variance[static_cast<std::size_t>(j)];
     for (std::size_t i = 0; i < variance.size(); ++i) {
       const double of_pixel = std::pow(sigma.Unknown(p).data()[i] / space.scale(j), 2);
       const double distance = (here.data()[i] - there.data()[i]) / space.scale(j);
-      variance.data()[i] += static_cast<float>(outcome.scatter * of_pixel + distance * distance);
-      if (!fast.noise_variance.empty())
-        fast.noise_variance[static_cast<std::size_t>(j)].data()[i] +=
-            static_cast<float>(of_pixel + distance * distance);
+      const double beyond_noise = std::max(distance * distance - kNoiseDistance * of_pixel, 0.0);
+      const double shared = variance.data()[i], quiet = noise ? noise->data()[i] : shared;
+      const double own = quiet + outcome.scatter * of_pixel, found = std::max(shared - quiet, 0.0);
+      variance.data()[i] = static_cast<float>(own + found + 2.0 * std::sqrt(own * found) + beyond_noise);
+      if (noise) noise->data()[i] += static_cast<float>(of_pixel + beyond_noise);
     }
     outcome.variance.push_back(std::move(variance));
   }

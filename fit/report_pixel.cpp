@@ -14,8 +14,6 @@ namespace {
 
 constexpr int kMostPixels = 64;  // along a side
 constexpr std::uint16_t kMissing = 65535;
-constexpr const char* kFlagNames[] = {"at a bound", "masked", "not converged", "not identifiable",
-                                      "outside the model"};  // by bit
 
 // Every `step`-th pixel, from the middle of the squares they stand for: a pixel's own error bars, which means
 // over areas have not.
@@ -122,7 +120,7 @@ std::string PixelSection(const ReportContext& context) {
         {{"name", map.name}, {"description", map.description}, {"unit", map.unit}, {"free", map.free}});
   }
   planes.Add(FlagsAsNumbers(fit));
-  info["flags"] = kFlagNames;
+  info["flags"] = kFitFlagNames;
   info["start"] = {sampling.width / 2, sampling.height / 2};
   info["ranges"] = planes.ranges();
   std::string lead = "The light of a single pixel, beside what the model makes of it.";

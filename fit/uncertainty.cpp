@@ -12,9 +12,8 @@ namespace dermap {
 namespace {
 
 constexpr double kRangePrecision =
-    1.0;                               // scaled units: the variance of a uniform distribution over the range
-constexpr double kIdentifiable = 0.5;  // scaled units
-constexpr double kBoundShare = 1e-4;   // of the range: nearer than that is at the bound
+    1.0;                              // scaled units: the variance of a uniform distribution over the range
+constexpr double kBoundShare = 1e-4;  // of the range: nearer than that is at the bound
 constexpr double kNoise_sigma = 3.0;
 
 struct ReflectanceRange {

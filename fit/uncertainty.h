@@ -29,8 +29,8 @@ void FlagUnexplained(const PatchProblem& problem, const std::vector<PlaneF>& noi
 // Sets a flag in every fitted pixel.
 void FlagAll(const PatchProblem& problem, FitFlag flag, Plane<std::uint32_t>& flags);
 
-// Sets kFlagAtBound, kFlagNotConverged, kFlagNotIdentifiable (sigma is above half of what the range alone
-// says, range / sqrt(12)) and kFlagOutsideValidity beside the flags that the data brought.
+// Sets kFlagAtBound, kFlagNotConverged, kFlagNotIdentifiable and kFlagOutsideValidity beside the flags that
+// the data brought.
 Plane<std::uint32_t> FlagsOf(const PatchProblem& problem, const FitState& state, const ParameterMaps& sigma);
 
 // A pixel with a chi2 per datum above this was not explained by the model.

@@ -6,16 +6,44 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 #include "fit/parameter_space.h"
 
 namespace dermap {
 
-double MedianOrNaN(std::vector<double> values) {
+double QuantileOrNaN(std::vector<double> values, double share) {
   if (values.empty()) return std::numeric_limits<double>::quiet_NaN();
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
+  const auto at = values.begin() + static_cast<std::ptrdiff_t>(share * static_cast<double>(values.size()));
+  std::nth_element(values.begin(), at, values.end());
+  return *at;
+}
+
+double MedianOrNaN(std::vector<double> values) {
+  return QuantileOrNaN(std::move(values), 0.5);
+}
+
+ParameterVector PixelNoiseBound(const ForwardModel& model, const ParameterMaps& truth,
+                                const std::vector<PlaneF>& noise, std::size_t pixel) {
+  const ParameterVector p = TableOne(PointAt(truth, pixel, model.tissue().junction_absorbance));
+  Eigen::Matrix<double, kParameterCount, kParameterCount> normal;
+  normal.setZero();
+  for (int k = 0; k < kParameterCount; ++k) {
+    const double range = kParameters[k].upper - kParameters[k].lower;
+    normal(k, k) = 12.0 / (range * range);
+  }
+  for (int b = 0; b < model.band_count(); ++b) {
+    const double sigma = noise[b].data()[pixel];
+    if (!(sigma > 0.0)) continue;
+    ParameterVector gradient;
+    model.LocalReflectance(b, p, model.tissue().junction_absorbance, gradient);
+    for (int j = 0; j < kParameterCount; ++j)
+      for (int k = 0; k < kParameterCount; ++k) normal(j, k) += gradient[j] * gradient[k] / (sigma * sigma);
+  }
+  const auto covariance = normal.inverse().eval();
+  ParameterVector bound;
+  for (int k = 0; k < kParameterCount; ++k) bound[k] = std::sqrt(covariance(k, k));
+  return bound;
 }
 
 ParameterVector NoiseBound(const ForwardModel& model, const ParameterMaps& truth,
@@ -24,23 +52,8 @@ ParameterVector NoiseBound(const ForwardModel& model, const ParameterMaps& truth
   const std::size_t step = std::max<std::size_t>(1, truth.planes[0].size() / kSamples);
   std::array<std::vector<double>, kParameterCount> sigmas;
   for (std::size_t i = 0; i < truth.planes[0].size(); i += step) {
-    const ParameterVector p = TableOne(PointAt(truth, i, model.tissue().junction_absorbance));
-    Eigen::Matrix<double, kParameterCount, kParameterCount> normal;
-    normal.setZero();
-    for (int k = 0; k < kParameterCount; ++k) {
-      const double range = kParameters[k].upper - kParameters[k].lower;
-      normal(k, k) = 12.0 / (range * range);
-    }
-    for (int b = 0; b < model.band_count(); ++b) {
-      const double sigma = noise[b].data()[i];
-      if (!(sigma > 0.0)) continue;
-      ParameterVector gradient;
-      model.LocalReflectance(b, p, model.tissue().junction_absorbance, gradient);
-      for (int j = 0; j < kParameterCount; ++j)
-        for (int k = 0; k < kParameterCount; ++k) normal(j, k) += gradient[j] * gradient[k] / (sigma * sigma);
-    }
-    const auto covariance = normal.inverse().eval();
-    for (int k = 0; k < kParameterCount; ++k) sigmas[k].push_back(std::sqrt(covariance(k, k)));
+    const ParameterVector bound = PixelNoiseBound(model, truth, noise, i);
+    for (int k = 0; k < kParameterCount; ++k) sigmas[k].push_back(bound[k]);
   }
   ParameterVector bound{};
   for (int k = 0; k < kParameterCount; ++k) bound[k] = MedianOrNaN(std::move(sigmas[k]));

@@ -24,7 +24,7 @@ double Quantile(std::vector<double> values, double share) {
 
 PairedTime TimePaired(const std::function<void()>& yardstick, const std::function<void()>& run,
                       double budget_s) {
-  constexpr std::size_t kMost = 9;
+  constexpr std::size_t kMost = 15;
   constexpr double kSlow_s = 1.0, kVerySlow_s = 10.0;
   std::vector<double> seconds, ratios;
   double used = 0.0;

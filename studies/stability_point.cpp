@@ -29,18 +29,37 @@ struct Tally {
     bool free = true;
   };
   std::array<PerParameter, kParameterCount> parameters;
-  double pixels = 0.0, flagged = 0.0;
+  double pixels = 0.0, flagged = 0.0, told = 0.0, told_flagged = 0.0;
+  std::array<double, kFitFlagNames.size()> flags{};
 };
 
-void Count(const StabilityCase& made, const FitResult& fit, Tally& tally) {
+// Fewer bands than unknowns cannot tell them: then what is fixed decides, and that may be off.
+bool IsSurelyTold(const ParameterVector& bound, int bands) {
+  if (bands < kUnknownCount) return false;
+  for (int k = 0; k < kParameterCount; ++k) {
+    const double of_range = (kParameters[k].upper - kParameters[k].lower) / std::sqrt(12.0);
+    if (bound[k] > kSurelyTold * kIdentifiable * of_range) return false;
+  }
+  return true;
+}
+
+void CountFlags(std::uint32_t flags, bool told, Tally& tally) {
+  tally.pixels += 1.0;
+  tally.flagged += flags != 0;
+  tally.told += told;
+  tally.told_flagged += told && flags != 0;
+  for (std::size_t bit = 0; bit < tally.flags.size(); ++bit) tally.flags[bit] += flags >> bit & 1u;
+}
+
+void Count(const StabilityCase& made, const ForwardModel& model, const FitResult& fit, Tally& tally) {
   for (int k = 0; k < kParameterCount; ++k)
     tally.parameters[k].free &=
         std::count(fit.free_parameters.begin(), fit.free_parameters.end(), static_cast<Parameter>(k)) > 0;
   for (std::size_t i = 0; i < fit.flags.size(); ++i) {
     const std::uint32_t flags = fit.flags.data()[i];
     if ((!made.judged.empty() && !made.judged[i]) || flags & kFlagSaturated) continue;
-    tally.pixels += 1.0;
-    tally.flagged += flags != 0;
+    const ParameterVector bound = PixelNoiseBound(model, made.truth, made.stack.sigma, i);
+    CountFlags(flags, IsSurelyTold(bound, model.band_count()), tally);
     for (int k = 0; k < kParameterCount; ++k) {
       const double error = std::abs(double(fit.maps.planes[k].data()[i]) - made.truth.planes[k].data()[i]);
       tally.parameters[k].errors.push_back(error);
@@ -55,11 +74,15 @@ void Count(const StabilityCase& made, const FitResult& fit, Tally& tally) {
 
 void Conclude(const Tally& tally, StabilityPoint& point) {
   point.flagged = tally.pixels > 0.0 ? tally.flagged / tally.pixels : kNaN;
+  point.told_flagged = tally.told > 0.0 ? tally.told_flagged / tally.told : kNaN;
+  for (std::size_t bit = 0; bit < tally.flags.size(); ++bit)
+    if (tally.flags[bit] > 0.0) point.flags[kFitFlagNames[bit]] = tally.flags[bit] / tally.pixels;
   for (int k = 0; k < kParameterCount; ++k) {
     const Tally::PerParameter& from = tally.parameters[k];
     ParameterStability& p = point.parameters[k];
     p.free = from.free;
     p.error = MedianOrNaN(from.errors);
+    p.decile = QuantileOrNaN(from.errors, 0.9);
     p.bound = MedianOrNaN(from.bounds);
     p.sigma = MedianOrNaN(from.sigmas);
     p.unflagged_error = MedianOrNaN(from.unflagged_errors);
@@ -71,14 +94,6 @@ void Conclude(const Tally& tally, StabilityPoint& point) {
 
 }  // namespace
 
-bool StabilityPoint::IsIdentifiable() const {
-  constexpr double kOpen = 0.5;  // of a uniform distribution over the range, as the flag has it
-  for (int k = 0; k < kParameterCount; ++k)
-    if (parameters[k].bound * std::sqrt(12.0) > kOpen * (kParameters[k].upper - kParameters[k].lower))
-      return false;
-  return true;
-}
-
 StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, StabilityBench& bench,
                             int noises, std::uint64_t seed) {
   StabilityPoint point{.sweep = sweep.name, .method = std::string(NameOf(method)), .value = value};
@@ -86,15 +101,15 @@ StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, 
   Tally tally;
   for (int n = 0; n < noises; ++n) {
     StabilityCase made = sweep.make(value, seed + n);
-    const ParameterVector bound =
-        NoiseBound(bench.ModelFor(made.stack, made.tissue), made.truth, made.stack.sigma);
+    const ForwardModel model = bench.ModelFor(made.stack, made.tissue);
+    const ParameterVector bound = NoiseBound(model, made.truth, made.stack.sigma);
     for (int k = 0; k < kParameterCount; ++k) tally.parameters[k].bounds.push_back(bound[k]);
     made.options.method = method;
     made.options.time_budget_s = 1e6;
     made.options.size = std::max(made.stack.width(), made.stack.height());
     try {
       const FitResult fit = FitStack(made.stack, made.options, bench.chromophores());
-      Count(made, fit, tally);
+      Count(made, model, fit, tally);
       point.converged &= fit.converged;
       point.chi2 += fit.chi2 / noises;
       point.seconds += fit.seconds;
@@ -108,18 +123,23 @@ StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, 
 }
 
 void Relate(const StabilityPoint& harmless, StabilityPoint& point) {
-  double sum = 0.0;
-  for (int k = 0; k < kParameterCount; ++k) {
-    const ParameterStability& from = harmless.parameters[k];
-    const ParameterStability& p = point.parameters[k];
-    // A patch may be right by chance; half a sigma's median is what an honest fit may expect.
-    // A map of one value that happens to be the truth has no error at all: then so much of the range counts.
-    const double least = kLeastError * (kParameters[k].upper - kParameters[k].lower);
-    const double expected = std::max({from.error, 0.5 * kMedianOverSigma * from.sigma, least});
-    const double ratio = p.error / (expected * std::max(p.bound / from.bound, 1e-6));
-    sum += ratio * ratio / kParameterCount;
-  }
-  point.excess = std::sqrt(sum);
+  const auto excess = [&](double ParameterStability::*error, double over_sigma) {
+    double sum = 0.0;
+    for (int k = 0; k < kParameterCount; ++k) {
+      const ParameterStability& from = harmless.parameters[k];
+      const ParameterStability& p = point.parameters[k];
+      // A patch may be right by chance; half of what sigma says is what an honest fit may expect.
+      // A map of one value that happens to be the truth has no error at all: then so much of the range
+      // counts.
+      const double least = kLeastError * (kParameters[k].upper - kParameters[k].lower);
+      const double expected = std::max({from.*error, 0.5 * over_sigma * from.sigma, least});
+      const double ratio = p.*error / (expected * std::max(p.bound / from.bound, 1e-6));
+      sum += ratio * ratio / kParameterCount;
+    }
+    return std::sqrt(sum);
+  };
+  point.excess = std::max(excess(&ParameterStability::error, kMedianOverSigma),
+                          excess(&ParameterStability::decile, kDecileOverSigma));
 }
 
 nlohmann::json ToJson(const StabilityPoint& point) {
@@ -129,7 +149,8 @@ nlohmann::json ToJson(const StabilityPoint& point) {
     parameters[std::string(kParameters[k].name)] = {
         {"free", p.free},         {"error", p.error},
         {"noise_bound", p.bound}, {"unflagged_error", p.unflagged_error},
-        {"sigma", p.sigma},       {"covered", p.covered}};
+        {"sigma", p.sigma},       {"covered", p.covered},
+        {"decile", p.decile}};
   }
   return {{"sweep", point.sweep},
           {"method", point.method},
@@ -137,6 +158,8 @@ nlohmann::json ToJson(const StabilityPoint& point) {
           {"noises", point.noises},
           {"parameters", parameters},
           {"flagged", point.flagged},
+          {"told_flagged", point.told_flagged},
+          {"flags", point.flags},
           {"chi2", point.chi2},
           {"converged", point.converged},
           {"refusal", point.refusal},
@@ -157,9 +180,12 @@ StabilityPoint StabilityPointFromJson(const nlohmann::json& json) {
     const nlohmann::json& p = json.at("parameters").at(std::string(kParameters[k].name));
     point.parameters[k] = {
         p.at("free"),          number(p.at("error")),           number(p.at("noise_bound")),
-        number(p.at("sigma")), number(p.at("unflagged_error")), number(p.at("covered"))};
+        number(p.at("sigma")), number(p.at("unflagged_error")), number(p.at("covered")),
+        number(p.at("decile"))};
   }
   point.flagged = number(json.at("flagged"));
+  point.told_flagged = number(json.at("told_flagged"));
+  point.flags = json.at("flags").get<std::map<std::string, double>>();
   point.chi2 = number(json.at("chi2"));
   point.converged = json.at("converged");
   point.refusal = json.at("refusal");

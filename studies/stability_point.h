@@ -3,6 +3,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
 
@@ -18,6 +19,7 @@ struct ParameterStability {
   double sigma = 0.0;            // median, of pixels without a flag
   double unflagged_error = 0.0;  // median |fit - truth| of them
   double covered = 0.0;          // share of them whose 95 % interval holds the truth
+  double decile = 0.0;           // what a tenth of `error`'s pixels exceeds
 };
 
 struct StabilityPoint {
@@ -25,30 +27,34 @@ struct StabilityPoint {
   double value = 0.0;
   int noises = 0;  // fits, each with its own noise
   std::array<ParameterStability, kParameterCount> parameters{};
-  double flagged = 0.0;   // share of the pixels that the stack does not mask
-  double chi2 = 0.0;      // per degree of freedom, mean
-  bool converged = true;  // all of them
-  std::string refusal{};  // the error in place of a fit; else empty
-  std::string said{};     // decisions of the last fit
-  double seconds = 0.0;   // of all fits
+  double flagged = 0.0;  // share of the pixels that the stack does not mask
+  // The same of the pixels in which noise leaves every parameter less than kSurelyTold as open as what is
+  // called not identifiable, by no fewer bands than unknowns; NaN where there are none. In the others that
+  // flag is what is asked for.
+  double told_flagged = 0.0;
+  std::map<std::string, double> flags{};  // share by name
+  double chi2 = 0.0;                      // per degree of freedom, mean
+  bool converged = true;                  // all of them
+  std::string refusal{};                  // the error in place of a fit; else empty
+  std::string said{};                     // decisions of the last fit
+  double seconds = 0.0;                   // of all fits
   // To be compared with the harmless point (Relate).
-  double excess = 0.0;  // error over what noise allows, root mean square over the parameters
+  double excess = 0.0;  // error over what noise allows, root mean square over the parameters; of the median
+                        // or of the worst tenth of the pixels, whichever is more
   bool silently_wrong = false;
-
-  // Whether a single pixel's noise leaves every parameter less open than what is called not identifiable:
-  // where not, a flag is what is asked for.
-  bool IsIdentifiable() const;
 };
 
 // The fit of every noise. A fit that refuses is a result.
 StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, StabilityBench& bench,
                             int noises, std::uint64_t seed);
 
-// Fills `excess`: median errors over those of the harmless point, which grow with what noise allows.
+// Fills `excess`: errors over those of the harmless point, which grow with what noise allows.
 void Relate(const StabilityPoint& harmless, StabilityPoint& point);
 
 // The limits of the issue of silence: below the first, or above the second, intervals lie.
 inline constexpr double kCovered = 0.90, kMedianError_sigma = 2.0;
+// Of the limit, in sigma: a fit evaluates its sigma at maps that noise has moved, by a third more or less.
+inline constexpr double kSurelyTold = 0.6;
 inline constexpr double kFlaggedInside = 0.05;  // of the pixels, where a fit is still right
 
 nlohmann::json ToJson(const StabilityPoint& point);

@@ -20,7 +20,7 @@ constexpr double kFitCost = 8.0;  // a fit by default over a render by default
 // What grids and stencils leave of a render (docs/heterogeneous_skin.md), whatever tolerance from 1e-4 up is
 // asked for.
 constexpr double kGrids = 3e-4;
-constexpr double kSecondsAPoint = 0.5;
+constexpr double kSecondsAPoint = 2.0;
 
 double Tolerance(const RenderSetting& setting) {
   const bool automatic = setting.forward.engine == Engine::kLowRank &&
