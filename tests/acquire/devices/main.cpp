@@ -11,7 +11,7 @@
 #include "acquire/emulator/usb_bus.h"
 
 int main(int argc, char** argv) {
-#if defined(DERMAP_SANITIZED) && !defined(DERMAP_STATIC_SANITIZER)
+#if defined(DERMAP_SANITIZED) && !defined(DERMAP_STATIC_ASAN)
   // A sanitizer's runtime and the preload library each insist on being the first to be loaded.
   std::puts("skipped under this sanitizer: libumockdev's preload library does not work beside its runtime");
   return 0;
