@@ -26,6 +26,9 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr std::size_t kLargestBody = 65536;
 constexpr int kLargestFrameNumber = 99999;
 constexpr std::size_t kThreads = 80;  // each event stream holds one
+// The next connection is another thread's. Each thread takes some 60 kB when it first serves one: so all have
+// within an hour, in place of one after the other for days.
+constexpr std::size_t kRequestsOfAConnection = 100;
 constexpr std::chrono::seconds kHelmKept{15};
 constexpr std::chrono::milliseconds kHeartbeat{2000};
 
@@ -175,7 +178,7 @@ struct HttpServer::Impl {
     server.set_payload_max_length(kLargestBody);
     server.set_read_timeout(5, 0);
     server.set_write_timeout(5, 0);
-    server.set_keep_alive_max_count(1000);
+    server.set_keep_alive_max_count(kRequestsOfAConnection);
     server.set_socket_options([this](int socket) {
       listener = socket;
       httplib::default_socket_options(socket);
