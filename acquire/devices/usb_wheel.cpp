@@ -99,6 +99,9 @@ void UsbWheel::MoveTo(int slot) {
       if (stuck && attempt >= kAttemptsWhenStuck) throw *stuck;
       if (hopeless || waited || attempt == kAttempts) throw;
       spdlog::warn("{}; attempt {} of {}", fault.what(), attempt, kAttempts);
+      // One that jams, or has gone and is waited for, has had its time.
+      if (fault.kind() == FaultKind::kNoAnswer || fault.kind() == FaultKind::kInUse)
+        std::this_thread::sleep_for(timing_.poll * (1 << attempt));
     }
   }
 }

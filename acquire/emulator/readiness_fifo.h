@@ -14,8 +14,10 @@ class ReadinessFifo {
   ReadinessFifo(const ReadinessFifo&) = delete;
   ReadinessFifo& operator=(const ReadinessFifo&) = delete;
   void Set(bool ready);
+  void TakeAway();  // nobody can open it from here on
 
  private:
+  std::filesystem::path path_, own_;
   int fd_ = -1;
   bool ready_ = true;
 };

@@ -34,11 +34,13 @@ using GPointer = std::unique_ptr<T, GObjectRelease>;
 struct Port {
   Port(UsbDevice& device, const fs::path& node_path, std::string name)
       : line(device), fifo(node_path), node(std::move(name)), handler(umockdev_ioctl_base_new()) {}
+  bool IsOfNoMoreUse() const { return line.gone() && clients.empty(); }
   UsbLine line;
   ReadinessFifo fifo;
   std::string node;      // /dev/bus/usb/001/NNN
   std::string sys_path;  // below /sys
   GPointer<UMockdevIoctlBase> handler;
+  std::set<const void*> clients;  // programs that have the node open
 };
 
 // libumockdev's thread outlives a testbed a little: what it calls looks here first whether there is still a
@@ -60,7 +62,7 @@ struct UsbBus::Impl {
   bool stopping = false;
   int last_address = 1;
   GPointer<UMockdevTestbed> testbed{umockdev_testbed_new()};
-  std::list<std::unique_ptr<Port>> ports;  // those unplugged as well: their clients still ask
+  std::list<std::unique_ptr<Port>> ports;  // those unplugged as well, while their clients still ask
   std::thread pump;
 
   Impl() : pump([this] { PumpUntilStopped(); }) {
@@ -79,10 +81,7 @@ struct UsbBus::Impl {
     }
     wake.notify_all();
     pump.join();
-    for (const auto& port : ports) {
-      g_signal_handlers_disconnect_by_data(port->handler.get(), this);
-      umockdev_testbed_detach_ioctl(testbed.get(), port->node.c_str(), nullptr);
-    }
+    for (const auto& port : ports) Detach(*port);
     testbed.reset();
   }
 
@@ -101,6 +100,26 @@ struct UsbBus::Impl {
         wake.wait(lock);
       }
     }
+  }
+
+  // Nobody may open a node that no socket stands behind: libumockdev's library would end that program.
+  void Detach(Port& port) {
+    port.fifo.TakeAway();
+    g_signal_handlers_disconnect_by_data(port.handler.get(), this);
+    umockdev_testbed_detach_ioctl(testbed.get(), port.node.c_str(), nullptr);
+  }
+
+  // A node whose device has gone and that nobody has open any more keeps descriptors for nothing.
+  void DetachUseless() {
+    std::list<std::unique_ptr<Port>> useless;
+    {
+      const std::lock_guard lock(mutex);
+      for (auto it = ports.begin(); it != ports.end();) {
+        const auto port = it++;
+        if ((*port)->IsOfNoMoreUse()) useless.splice(useless.end(), ports, port);
+      }
+    }
+    for (const auto& port : useless) Detach(*port);
   }
 
   bool IsPlugged(const UsbDevice& device) {
@@ -136,8 +155,13 @@ struct UsbBus::Impl {
     return TRUE;
   }
 
-  static void OnConnected(UMockdevIoctlBase*, UMockdevIoctlClient* client, gpointer self_pointer) {
+  static void OnConnected(UMockdevIoctlBase* handler, UMockdevIoctlClient* client, gpointer self_pointer) {
     g_object_weak_ref(G_OBJECT(client), OnVanished, self_pointer);
+    const std::lock_guard living(LivingMutex());
+    if (LivingBuses().count(self_pointer) == 0) return;
+    auto& self = *static_cast<Impl*>(self_pointer);
+    const std::lock_guard lock(self.mutex);
+    if (Port* port = self.PortOf(handler)) port->clients.insert(client);
   }
 
   // libumockdev tells of no client that has died; that its object goes is the sign.
@@ -147,6 +171,7 @@ struct UsbBus::Impl {
     auto& self = *static_cast<Impl*>(self_pointer);
     const std::lock_guard lock(self.mutex);
     for (const auto& port : self.ports) {
+      port->clients.erase(client);
       for (const Transfer& t : port->line.Forget(client)) LetGoOf(t);
       port->fifo.Set(port->line.HasDone());
     }
@@ -183,6 +208,7 @@ std::mutex& UsbBus::lock() {
 
 void UsbBus::Plug(UsbDevice& device) {
   if (impl_->IsPlugged(device)) return;
+  impl_->DetachUseless();
   const int address = ++impl_->last_address;
   char node[32];
   std::snprintf(node, sizeof node, "/dev/bus/usb/001/%03d", address);

@@ -1,26 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // A session whose plan was wrong about the light: exposures are changed while the target is in place.
-#include <gmock/gmock.h>
 
-#include <algorithm>
-#include <filesystem>
 #include <map>
 #include <set>
 
-#include "acquire/sequence.h"
 #include "acquire/simulated/dng_writer.h"
-#include "acquire/simulated/simulated_station.h"
-#include "common/core/error.h"
 #include "tests/acquire/sequence_fixture.h"
 
-namespace dermap {
+namespace dermap::acquire_test {
 namespace {
-
-namespace fs = std::filesystem;
-using acquire_test::kSmallPlanFrames;
-using acquire_test::Sequence;
-using acquire_test::WatchedStation;
-using testing::HasSubstr;
 
 // A plan that saturates the filter in slot 1 and underexposes the one in slot 2. The small plan has both
 // right.
@@ -82,8 +70,7 @@ TEST_F(AdaptedSequence, ChangesTheIsoOfWhatIsTooBrightOrTooDarkBeforeTheSkinIsTh
 // A weak flash is not the filter's fault: the next frame is fine, and nothing is changed.
 TEST_F(AdaptedSequence, DoesNotRaiseTheIsoForOneWeakFlash) {
   options_.plan = folder_.path() / "plan.toml";
-  SimulatedStation inner(ReadRig(options_.rig));
-  WatchedStation station(inner);
+  WatchedStation& station = Watch();
   station.after_capture = [&](const CaptureSettings& s, RawFrame& frame) {
     if (s.shot != 3 || station.shots[3] != 1) return;
     SimulatedStation dim(ReadRig(options_.rig));  // an eighth of the light: at an eighth of the ISO's gain
@@ -113,8 +100,7 @@ TEST_F(AdaptedSequence, IsTheSameSessionWhereverItWasInterrupted) {
   for (int dies_at = 1; dies_at <= exposures; ++dies_at) {
     fs::remove_all(options_.out);
     options_.resume = false;
-    SimulatedStation inner(ReadRig(options_.rig));
-    WatchedStation station(inner);
+    WatchedStation& station = Watch();
     int taken = 0;
     station.before_capture = [&](const CaptureSettings&) {
       if (++taken == dies_at) throw DeviceError("unplugged");
@@ -142,13 +128,12 @@ TEST_F(AdaptedSequence, HandsItsChangesToASessionThatTakesItsSpectralonOver) {
 // Skin that shines where Spectralon does not: only its own frames change.
 TEST_F(AdaptedSequence, ChangesSkinAloneWhereSpectralonIsRight) {
   options_.plan = folder_.path() / "plan.toml";
-  SimulatedStation inner(ReadRig(options_.rig));
-  WatchedStation station(inner);
+  WatchedStation& station = Watch();
   station.after_capture = [&](const CaptureSettings& s, RawFrame& frame) {
     if (s.shot != 6 || s.iso != 250) return;
-    auto bayer = inner.bench().Expose({FrameRole::kSkin, 2, 10.0, 250, 6});
+    auto bayer = simulated_->bench().Expose({FrameRole::kSkin, 2, 10.0, 250, 6});
     for (int i = 0; i < 96; ++i) bayer(i, 40) = 4095;
-    frame.bytes = EncodeDng(bayer, MetadataOfShot(inner.bench(), {FrameRole::kSkin, 2, 10.0, 250, 6}));
+    frame.bytes = EncodeDng(bayer, MetadataOfShot(simulated_->bench(), {FrameRole::kSkin, 2, 10.0, 250, 6}));
   };
   const Session session = RunCapture(options_, station).session;
   ASSERT_EQ(session.exposure_changes.size(), 1u);
@@ -160,4 +145,4 @@ TEST_F(AdaptedSequence, ChangesSkinAloneWhereSpectralonIsRight) {
 }
 
 }  // namespace
-}  // namespace dermap
+}  // namespace dermap::acquire_test

@@ -1,27 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 // A session stopped at any point and resumed must be the session that was never stopped: that is the truth
 // here.
-#include <gtest/gtest.h>
 #include <signal.h>
 #include <sys/resource.h>
 
-#include <algorithm>
-#include <filesystem>
 #include <fstream>
 
-#include "acquire/sequence.h"
-#include "acquire/simulated/simulated_station.h"
-#include "common/core/error.h"
 #include "common/files/atomic_file.h"
 #include "tests/acquire/sequence_fixture.h"
 
-namespace dermap {
+namespace dermap::acquire_test {
 namespace {
-
-namespace fs = std::filesystem;
-using acquire_test::kSmallPlanFrames;
-using acquire_test::Sequence;
-using acquire_test::WatchedStation;
 
 // The camera dies before each frame in turn.
 TEST_F(Sequence, ResumesAfterADeviceFailureAtEveryFrame) {
@@ -29,8 +18,7 @@ TEST_F(Sequence, ResumesAfterADeviceFailureAtEveryFrame) {
   for (int dies_at = 1; dies_at <= kSmallPlanFrames; ++dies_at) {
     fs::remove_all(options_.out);
     options_.resume = false;
-    SimulatedStation inner(ReadRig(options_.rig));
-    WatchedStation station(inner);
+    WatchedStation& station = Watch();
     station.before_capture = [&](const CaptureSettings& s) {
       if (s.shot == dies_at) throw DeviceError("unplugged");
     };
@@ -87,8 +75,7 @@ TEST_F(Sequence, TakesDamagedAndMissingFramesAgain) {
 // What a kill has left half-written goes as well, and nothing else.
 TEST_F(Sequence, LeavesNoFileOfNoFrameBehind) {
   const auto hashes = Undisturbed();
-  SimulatedStation inner(ReadRig(options_.rig));
-  WatchedStation station(inner);
+  WatchedStation& station = Watch();
   station.after_capture = [&](const CaptureSettings& s, RawFrame& frame) {
     if (s.shot == 3 && station.shots[3] == 1) frame.extension = ".cr2";
   };
@@ -126,8 +113,7 @@ TEST_F(Sequence, StopsBetweenFramesWhenAsked) {
 // A full disk, as the system tells of it: no file may grow beyond 8 kB, a frame has 10 kB.
 TEST_F(Sequence, FullDiskIsAStorageErrorAndCanBeResumed) {
   const auto hashes = Undisturbed();
-  SimulatedStation inner(ReadRig(options_.rig));
-  WatchedStation station(inner);
+  WatchedStation& station = Watch();
   rlimit before{};
   getrlimit(RLIMIT_FSIZE, &before);
   const auto ignored = signal(SIGXFSZ, SIG_IGN);
@@ -150,4 +136,4 @@ TEST_F(Sequence, FullDiskIsAStorageErrorAndCanBeResumed) {
 }
 
 }  // namespace
-}  // namespace dermap
+}  // namespace dermap::acquire_test

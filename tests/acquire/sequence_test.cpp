@@ -1,25 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // A session that nothing interrupts: what it takes, what it takes again, and what it refuses.
-#include "acquire/sequence.h"
 
-#include <gmock/gmock.h>
-
-#include <algorithm>
-#include <filesystem>
 #include <fstream>
 
-#include "acquire/simulated/simulated_station.h"
-#include "common/core/error.h"
 #include "tests/acquire/sequence_fixture.h"
 
-namespace dermap {
+namespace dermap::acquire_test {
 namespace {
-
-namespace fs = std::filesystem;
-using acquire_test::kSmallPlanFrames;
-using acquire_test::Sequence;
-using acquire_test::WatchedStation;
-using testing::HasSubstr;
 
 // The plan by hand: a black frame for each of two ISO, then two filters on Spectralon, then on skin.
 TEST_F(Sequence, TakesWhatThePlanAsksForInOrder) {
@@ -63,8 +50,7 @@ TEST_F(Sequence, SameSeedGivesTheSameBytes) {
 // A transfer that is cut short is noticed while the subject is there, and the frame taken again.
 TEST_F(Sequence, RetakesAFrameThatDoesNotDecode) {
   const auto hashes = Undisturbed();
-  SimulatedStation inner(ReadRig(options_.rig));
-  WatchedStation station(inner);
+  WatchedStation& station = Watch();
   station.after_capture = [&](const CaptureSettings& s, RawFrame& frame) {
     if (s.shot == 5 && station.shots[5] == 1) frame.bytes.resize(frame.bytes.size() / 2);
     if (s.shot == 6 && station.shots[6] == 1) frame.bytes.assign(100, std::byte{'x'});
@@ -93,7 +79,7 @@ TEST_F(Sequence, RefusesWhatDoesNotFit) {
 
   CaptureOptions other = options_;
   other.resume = true;
-  other.plan = folder_.Write("other.toml", acquire_test::SmallPlanToml() + "");
+  other.plan = folder_.Write("other.toml", SmallPlanToml() + "");
   EXPECT_EQ(RunCapture(other).taken, 0);  // the same plan under another name is the same plan
   other.plan = folder_.Write("other.toml", "[[exposure]]\nslot = 2\niso = 100\n");
   EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("another plan"));
@@ -112,8 +98,8 @@ TEST_F(Sequence, RefusesWhatDoesNotFit) {
   other.scene = "no_such_scene.toml";
   EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("no_such_scene.toml"));
   other.scene.clear();
-  other.rig = folder_.Write(
-      "r.toml", "[camera]\ndriver = \"polaroid\"\n" + acquire_test::SmallRigToml("scene.toml").substr(15));
+  other.rig =
+      folder_.Write("r.toml", "[camera]\ndriver = \"polaroid\"\n" + SmallRigToml("scene.toml").substr(15));
   EXPECT_THAT(MessageOf<InputError>(other), HasSubstr("known: \"simulated\""));
   EXPECT_FALSE(fs::exists(other.out)) << "a session was begun";
 }
@@ -127,7 +113,7 @@ TEST_F(Sequence, LeavesAFolderOfOtherThingsAlone) {
 
 // ISO 6400 saturates Spectralon; a flash that does not fire leaves the frame dark.
 TEST_F(Sequence, WarnsAboutExposure) {
-  folder_.Write("scene.toml", acquire_test::SmallSceneToml() + "misfired_shots = [6]\n");
+  folder_.Write("scene.toml", SmallSceneToml() + "misfired_shots = [6]\n");
   options_.plan = folder_.Write("bright.toml",
                                 "adapt_exposure = false\n[[exposure]]\nslot = 1\niso = 6400\n"
                                 "[[exposure]]\nslot = 2\niso = 250\n");
@@ -140,4 +126,4 @@ TEST_F(Sequence, WarnsAboutExposure) {
 }
 
 }  // namespace
-}  // namespace dermap
+}  // namespace dermap::acquire_test

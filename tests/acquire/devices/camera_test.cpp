@@ -7,6 +7,7 @@
 
 #include <thread>
 
+#include "acquire/devices/device_report.h"
 #include "acquire/devices/gphoto2_camera.h"
 #include "acquire/emulator/eos_camera.h"
 #include "acquire/emulator/ptp_ip.h"
@@ -185,6 +186,18 @@ TEST_F(CameraOnUsb, IsListedWithItsPortAndDriver) {
   EXPECT_THAT(cameras[0].model, HasSubstr("5D Mark II"));
   EXPECT_THAT(cameras[0].port, HasSubstr("usb:001,"));
   EXPECT_EQ(cameras[0].driver, "ptp2");
+}
+
+// As `dermap devices` does, beside a program that holds the camera: here our own helper.
+TEST_F(CameraOnUsb, IsReportedWithTheProgramThatHoldsIt) {
+  const auto report = [] { return MakeDeviceReport(ListUsbDevices(), ListCameras(), FindNodeHolders()); };
+  ASSERT_EQ(report().size(), 1u);
+  EXPECT_TRUE(report()[0].usable) << report()[0].note;
+  camera_.Connect();
+  const auto held = report();
+  ASSERT_EQ(held.size(), 1u);
+  EXPECT_FALSE(held[0].usable);
+  EXPECT_EQ(held[0].holder, "dermap-camera (process " + std::to_string(camera_.helper_pid()) + ")");
 }
 
 // The same camera on the network.

@@ -4,6 +4,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
 #include <thread>
 
 #include "acquire/devices/device_fault.h"
@@ -100,6 +101,27 @@ TYPED_TEST(Wheels, GoesOnAfterReplugging) {
   driver->MoveTo(9);
   operator_thread.join();
   EXPECT_EQ(this->motion_.InTheLight(), 9);
+}
+
+// What the bus had of a plug goes once nobody has it open: files of this process, driver and bus together.
+TYPED_TEST(Wheels, LeavesNothingOfAnEarlierPlugBehind) {
+  const auto open_files = [] {
+    namespace fs = std::filesystem;
+    return std::distance(fs::directory_iterator("/proc/self/fd"), fs::directory_iterator{});
+  };
+  const auto driver = this->wheel_.Driver();
+  const auto replug = [&](int times) {
+    for (; times > 0; --times) {
+      driver->MoveTo(2);
+      this->bus_.Unplug(this->wheel_.device);
+      this->bus_.Plug(this->wheel_.device);
+    }
+    driver->MoveTo(2);
+  };
+  replug(3);
+  const auto before = open_files();
+  replug(10);
+  EXPECT_LT(open_files(), before + 5);  // one or two plugs may still be held; each keeps two files
 }
 
 TYPED_TEST(Wheels, PluggedOutForGoodIsAFault) {

@@ -28,6 +28,9 @@ WHEEL_FAULTS = [("wheel-slip", 8), ("wheel-unplug", 8), ("wheel-silent", 3), ("w
 SECONDS = {"full": 0, "second-client": 0.3, "late": 1}
 MOST_SECONDS_WITHOUT_CHANGE = 150  # beyond it a session is stuck: the longest wait of a driver is 30 s
 MOST_FAILURES = 10  # of one session, likewise: each is resumed
+MOST_GROWTH_MB = 0.5  # of the daemon from the second quarter of the sessions to the last, where there are enough of them
+FILES_OF_A_PLUG = 2  # that the emulator keeps while somebody has the device's node open
+ENOUGH_SESSIONS = 100  # fewer tell warming up from leaking in files and threads alone
 
 
 def plan_faults(rng, sessions):
@@ -174,15 +177,22 @@ def run(options, folder):
         if any(p.startswith("stuck") for p in problems) or len(wrong) > 20:
             break
         subprocess.run(["rm", "-rf", station.sessions + "/" + name], check=True)
-        used.append(usage(station.daemon))
+        used.append(usage(station.daemon) + usage(station.process.pid))
         if number % max(1, options.sessions // 25) == 0:
             print("after %d sessions: daemon %.1f MB, %d files, %d threads; emulator %.1f MB, %d files, %d threads" %
-                  ((number,) + used[-1] + usage(station.process.pid)), flush=True)
+                  ((number,) + used[-1]), flush=True)
     watchers.end()
     code = station.close()
     if wrong:
         print("".join(list(station.log)[-40:]))
     return soak, wrong, used, watchers, code
+
+
+def growth(used):
+    """Of each figure, from the second quarter of the sessions to the last: by then everything has been in use once."""
+    quarter = max(1, len(used) // 4)
+    middle, last = used[quarter:2 * quarter] or used, used[-quarter:]
+    return [sum(after) / len(last) - sum(before) / len(middle) for before, after in zip(zip(*middle), zip(*last))]
 
 
 def main():
@@ -195,18 +205,16 @@ def main():
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as folder:
         soak, wrong, used, watchers, code = run(options, folder)
-    # Memory, files and threads of the last quarter against the second one: by then everything has been in use once.
-    quarter = max(1, len(used) // 4)
-    means = [[sum(u[i] for u in part) / len(part) for i in range(3)]
-             for part in (used[quarter:2 * quarter] or used, used[-quarter:])]
-    growth_mb, more_files, more_threads = (after - before for before, after in zip(*means))
+    growth_mb, files, threads, *of_emulator = growth(used)
     kinds = {kind: sum(kind in w for w in wrong) for kind in ("lost", "doubled", "mislabelled", "stuck")}
     print("soak: %d sessions: %s; %s; %d watchers cut off" %
           (len(used), ", ".join("%d %s" % (n, kind) for kind, n in kinds.items()),
            ", ".join("%d %s" % (n, what) for what, n in soak.counts.items()), watchers.lost))
-    print("soak: daemon from the second quarter to the last: %+.1f MB, %+.1f files, %+.1f threads; ended with %d" %
-          (growth_mb, more_files, more_threads, code))
-    leaks = more_files > 0.5 or more_threads > 0.5 or (len(used) >= 100 and growth_mb > 3.0)
+    print("soak: from the second quarter to the last: daemon %+.2f MB, %+.1f files, %+.1f threads; emulator %+.2f MB, "
+          "%+.1f files, %+.1f threads; ended with %d" % (growth_mb, files, threads, *of_emulator, code))
+    leaks = max(files, threads) > 0.5
+    if len(used) >= ENOUGH_SESSIONS:
+        leaks = leaks or growth_mb > MOST_GROWTH_MB or max(of_emulator[1:]) > 2 * FILES_OF_A_PLUG
     if leaks:
         print("soak: it leaks")
     return 1 if wrong or leaks or watchers.lost or code != 0 else 0
