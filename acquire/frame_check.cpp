@@ -10,6 +10,8 @@
 #include <memory>
 #include <vector>
 
+#include "common/files/raw_guard.h"
+
 namespace dermap {
 namespace {
 
@@ -90,6 +92,10 @@ FrameCheck CheckFrame(const RawFrame& frame, const std::array<double, 4>& card_r
   };
   if (frame.bytes.empty()) {
     check.problem = "the file is empty";
+    return check;
+  }
+  if (!SurvivesLibRaw(frame.bytes)) {
+    check.problem = "is damaged where it names its camera";
     return check;
   }
   // LibRaw only reads from the buffer; its interface lacks the const.

@@ -18,8 +18,8 @@
 namespace dermap {
 namespace {
 
-std::filesystem::path BesideStack(std::filesystem::path stack_path, const std::string& extension) {
-  return stack_path.replace_extension(extension);
+std::filesystem::path Beside(std::filesystem::path output, const std::string& extension) {
+  return output.replace_extension(extension);
 }
 
 StepSet StepsOf(const std::vector<std::string>& names) {
@@ -34,10 +34,24 @@ StepSet StepsOf(const std::vector<std::string>& names) {
   return steps;
 }
 
+// A frame that cannot be used leaves its picture, OUTPUT.failure.png, and nothing else.
+template <class Work>
+auto OrShow(const std::filesystem::path& output, const Work& work) {
+  try {
+    return work();
+  } catch (const CaptureFailure& failure) {
+    const auto picture = Beside(output, ".failure.png");
+    WritePng(picture, failure.picture());
+    throw InputError(std::string(failure.what()) + " (see " + picture.string() + ")");
+  }
+}
+
 Outcome MeasureAndWrite(const Session& session, bool verify, const std::filesystem::path& toml_path) {
   if (verify) VerifyFrames(session);
-  const PolarizationMeasurement found = MeasurePolarization(
-      session, [&](const FrameRecord& record) { return ReadBayerFrame(session.directory / record.file); });
+  const PolarizationMeasurement found = OrShow(toml_path, [&] {
+    return MeasurePolarization(
+        session, [&](const FrameRecord& record) { return ReadBayerFrame(session.directory / record.file); });
+  });
   WriteFileAtomically(toml_path, PolarizationToml(found));
   Outcome outcome;
   for (const PolarizationBand& band : found.bands) {
@@ -61,19 +75,6 @@ Outcome MeasureAndWrite(const Session& session, bool verify, const std::filesyst
     }
   };
   return outcome;
-}
-
-// A frame that cannot be calibrated leaves its picture, STACK.failure.png, and nothing else.
-CalibrationResult CalibrateOrShow(const Session& session, const CalibrationOptions& options,
-                                  const std::filesystem::path& stack_path) {
-  ProgressBar bar("calibrate");
-  try {
-    return CalibrateSession(session, options, bar.Function());
-  } catch (const CaptureFailure& failure) {
-    const auto picture = BesideStack(stack_path, ".failure.png");
-    WritePng(picture, failure.picture());
-    throw InputError(std::string(failure.what()) + " (see " + picture.string() + ")");
-  }
 }
 
 Outcome Summarize(const CalibrationResult& result, const std::string& stack_path) {
@@ -157,10 +158,12 @@ int RunCalibrateCommand(int argc, char** argv) {
     const Session session = foreign ? ReadFolderSession(files_toml) : ReadSession(session_dir);
     if (foreign) options.verify_hashes = false;  // nobody wrote any down
     if (polarization) return MeasureAndWrite(session, options.verify_hashes, stack_path);
-    const CalibrationResult result = CalibrateOrShow(session, options, stack_path);
+    ProgressBar bar("calibrate");
+    const CalibrationResult result =
+        OrShow(stack_path, [&] { return CalibrateSession(session, options, bar.Function()); });
     FileBatch files;  // stack, record and pictures, or nothing
     WriteCalibration(stack_path, result);
-    if (check) WritePng(BesideStack(stack_path, ".check.png"), CheckPicture(result));
+    if (check) WritePng(Beside(stack_path, ".check.png"), CheckPicture(result));
     files.Commit();
     return Summarize(result, stack_path.string());
   });

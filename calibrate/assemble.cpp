@@ -7,8 +7,9 @@
 #include <cmath>
 
 #include "calibrate/effective_wavelength.h"
+#include "calibrate/failure.h"
+#include "calibrate/frame_picture.h"
 #include "calibrate/statistics.h"
-#include "common/core/error.h"
 
 namespace dermap {
 namespace {
@@ -173,7 +174,7 @@ void SetDriftUncertainty(const std::vector<SkinMosaic>& skins, const std::map<in
     double a = 0, b = 0, variance_a = 0, variance_b = 0;
     const NoiseModel& of_skin = ModelOf(models, skin.skin_iso);
     const NoiseModel& of_white = ModelOf(models, skin.spectralon_iso);
-    for (int i = 0; i < kLatticeCount; ++i) {
+    for (int i = 0; i < kMostKinds; ++i) {
       a += skin.card.count[i] * skin.card.mean_a[i];
       b += skin.card.count[i] * skin.card.mean_b[i];
       variance_a += skin.card.count[i] * of_skin.Variance(skin.card.mean_a[i]);
@@ -194,9 +195,11 @@ void Assemble(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, c
     if (!bands[i].record.dropped) seen.push_back(patches[i].reflectance);
   }
   if (seen.empty()) {
-    throw InputError(session.directory.string() +
-                     ": no band is left after alignment; expected windows of one size that "
-                     "show one patch of skin: capture the session again");
+    const BandCalibration& first = bands[0].record;
+    throw CaptureFailure(session.directory.string() +
+                             ": no band is left after alignment; expected windows of one size that "
+                             "show one patch of skin: capture the session again",
+                         OutlinedFrame(first.picture, first.picture_scale, first.windows[0].corners));
   }
   stack.valid = ValidPixels(seen, options.edge_mask_px);
   for (std::size_t i = 0; i < bands.size(); ++i) {

@@ -51,22 +51,34 @@ void AddTransferPoints(const SignalFrame& skin, const SignalFrame& spectralon, i
   }
 }
 
+// Photosites within the window.
+double AreaOf(const Window& window, const Lens& lens) {
+  double twice = 0.0;
+  for (std::size_t i = 0; i < window.corners.size(); ++i) {
+    const Point a = lens.PhotositesFromIdeal(window.corners[i]);
+    const Point b = lens.PhotositesFromIdeal(window.corners[(i + 1) % window.corners.size()]);
+    twice += a.x * b.y - b.x * a.y;
+  }
+  return std::max(1.0, 0.5 * std::abs(twice));
+}
+
 // Shares of saturated and of masked photosites within the window.
 void CountMasked(const Mosaic& mosaic, const Window& window, BandCalibration& record) {
   const Homography unit_from_camera = window.camera_from_unit.Inverse();
-  int inside = 0, saturated = 0, masked = 0;
+  int saturated = 0, masked = 0;
   for (int y = 0; y < mosaic.height(); ++y) {
     for (int x = 0; x < mosaic.width(); ++x) {
+      if (mosaic.mask(x, y) == 0) continue;
       const Point p =
           unit_from_camera(mosaic.lens.IdealFromPhotosites({mosaic.x0 + x + 0.5, mosaic.y0 + y + 0.5}));
       if (p.x < 0 || p.y < 0 || p.x > 1 || p.y > 1) continue;
-      ++inside;
       if ((mosaic.mask(x, y) & kPhotositeSaturated) != 0) ++saturated;
-      if (mosaic.mask(x, y) != 0) ++masked;
+      ++masked;
     }
   }
-  record.saturated_share = std::max(record.saturated_share, double(saturated) / std::max(1, inside));
-  record.masked_share = std::max(record.masked_share, double(masked) / std::max(1, inside));
+  const double inside = AreaOf(window, mosaic.lens);
+  record.saturated_share = std::max(record.saturated_share, std::min(1.0, saturated / inside));
+  record.masked_share = std::max(record.masked_share, std::min(1.0, masked / inside));
 }
 
 // Moves the signals, which are of the frame's size, out of their frames: Spectralon's must be given back.
@@ -133,7 +145,7 @@ SkinMosaic PrepareSkin(const SessionContext& context, SignalFrame& skin, SignalF
   const GrayCardRatio card = CompareGrayCard(skin, spectralon, context.gray_card);
   const double drift = card.ratio * spectralon.record.iso / skin.record.iso;
   AddNotes(CheckCard(skin, spectralon, card, drift, context.gray_card), record.notes);
-  const FrameMeans frames{LatticeMeans(skin), LatticeMeans(spectralon)};
+  const FrameMeans frames{KindMeans(skin), KindMeans(spectralon)};
   if (record.picture.empty()) {
     FramePicture picture = PictureOf(skin.signal);
     record.picture = std::move(picture.picture);
@@ -191,7 +203,9 @@ BandFrames PrepareBand(const SessionContext& context, const Band& band, const Kn
     CheckSpectralon(white, context.gray_card);
   }
   const auto white_frames = static_cast<int>(whites.size());
-  record.spectralon_colours = LatticeMeans(whites[0]);
+  const OfKinds means = KindMeans(whites[0]);
+  // A lattice of a longer pattern has no colour of its own.
+  if (whites[0].period == 2) std::copy_n(means.begin(), kLatticeCount, record.spectralon_colours.begin());
   record.lattice_colours = context.blacks.sensor().colours;
   SignalFrame spectralon = MeanSpectralon(std::move(whites), context.gray_card);
   AddNotes(spectralon.notes, record.notes);

@@ -68,11 +68,6 @@ double CorrectStrayLight(const SessionContext& context, const Window& window, co
   const StrayLight found =
       EstimateStrayLight(skin.mosaic, window, frames, skin.card, certificate * seen, tape.value_or(Known{}));
   StepRecord step{Step::kStrayLight, false, 0.0, 0.0, ""};
-  if (tape && skin.mosaic.period != 2) {
-    step.note = "not possible with this filter pattern: a lattice holds several colours";
-    record.steps.push_back(step);
-    return skin.card.ratio;
-  }
   if (!tape) {
     step.note = "the rig states no tape_reflectance; the tape seems to reflect " + Short(found.tape) +
                 ", its own reflectance and the lens's stray light together";
@@ -81,9 +76,10 @@ double CorrectStrayLight(const SessionContext& context, const Window& window, co
   }
   const auto effect = [&](double share) {
     double off_skin = 0.0, off_white = 0.0;
-    for (int i = 0; i < kLatticeCount; ++i) {
-      off_skin += share * frames.skin[i] / kLatticeCount;
-      off_white += share * frames.spectralon[i] / kLatticeCount;
+    const int kinds = skin.mosaic.period * skin.mosaic.period;
+    for (int i = 0; i < kinds; ++i) {
+      off_skin += share * frames.skin[i] / kinds;
+      off_white += share * frames.spectralon[i] / kinds;
     }
     return (means.skin - off_skin) / means.skin * means.spectralon / (means.spectralon - off_white) - 1.0;
   };

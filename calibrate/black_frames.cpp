@@ -6,8 +6,9 @@
 #include <cmath>
 #include <limits>
 
+#include "calibrate/failure.h"
+#include "calibrate/frame_picture.h"
 #include "calibrate/statistics.h"
-#include "common/core/error.h"
 #include "common/core/parallel.h"
 
 namespace dermap {
@@ -19,6 +20,7 @@ constexpr double kFineSteps = 20000.0;  // white level above which steps of 1/16
 constexpr std::size_t kReadAhead = 2;   // black frames decoded at once
 constexpr int kStrips = 8;              // of a frame, for threads
 constexpr double kLitBlack = 0.03;      // of full scale, mean
+constexpr double kDarkShare = 0.01;     // of a frame's photosites: darkness, where the file states none
 
 std::string Shape(int width, int height) {
   return std::to_string(width) + "x" + std::to_string(height);
@@ -99,17 +101,31 @@ struct BlackSums {
   }
 };
 
+// What the frame's darkest photosites show: some cameras' files state no black level.
+double DarkLevel(const BayerFrame& frame) {
+  if (frame.black_level > 0.0) return frame.black_level;
+  std::vector<std::uint16_t> values(frame.values.values().begin(), frame.values.values().end());
+  const auto dark = values.begin() + static_cast<std::ptrdiff_t>(kDarkShare * double(values.size()));
+  std::nth_element(values.begin(), dark, values.end());
+  return *dark;
+}
+
 // A lit frame in a black one's place would be subtracted from everything.
-void CheckBlack(const FrameRecord& record, const BayerFrame& frame) {
+void CheckBlack(const RigConfig& rig, const FrameRecord& record, const BayerFrame& frame) {
   std::uint64_t sum = 0;
   for (const auto v : frame.values.values()) sum += v;
   const double mean = double(sum) / static_cast<double>(frame.values.size());
-  const double share = (mean - frame.black_level) / (frame.white_level - frame.black_level);
+  const double black = DarkLevel(frame);
+  const double share = (mean - black) / (frame.white_level - black);
   if (share < kLitBlack) return;
-  throw InputError(
+  PlaneF signal(frame.values.width(), frame.values.height());
+  for (std::size_t i = 0; i < signal.size(); ++i)
+    signal.data()[i] = static_cast<float>(frame.values.data()[i] - black);
+  throw CaptureFailure(
       record.file + ": this black frame is lit (" + Short(100 * share) +
-      " % of full scale on average); expected darkness through the wheel's opaque slot: was a skin or "
-      "Spectralon frame put in its place? Restore it or capture it again");
+          " % of full scale on average); expected darkness through the wheel's opaque slot: was a skin or "
+          "Spectralon frame put in its place? Restore it or capture it again",
+      FailurePicture(signal, GrayCardRegion(rig, signal.width(), signal.height())));
 }
 
 }  // namespace
@@ -167,7 +183,7 @@ void BlackFrames::AddLevel(const Session& session, const FrameReader& read, doub
       hot_ = MaskPlane(sensor_.width, sensor_.height, 0);
     }
     CheckSensor(*records[i], frame, sensor_);
-    CheckBlack(*records[i], frame);
+    CheckBlack(session.rig, *records[i], frame);
     sums.Add(frame);
   }
   BlackReference level;

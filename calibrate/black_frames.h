@@ -47,7 +47,6 @@ struct BlackReference {
   float step_dn = 1.0f / 16.0f;
   double level_dn = 0.0;           // median
   double temporal_variance = 0.0;  // of one frame, DN^2, from frame to frame; NaN with one frame
-  float Mean(std::size_t i) const { return step_dn * static_cast<float>(mean_steps.data()[i]); }
 };
 
 // What is done to a frame's values on the way to a signal.

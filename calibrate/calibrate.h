@@ -49,7 +49,8 @@ struct BandCalibration {
   double systematic_sigma = 0.0;  // all steps together, relative, common to all pixels
   double effective_wavelength_nm =
       0.0;  // of the light as the sensor weighs it; 0 where the rig does not tell
-  std::array<double, kLatticeCount> spectralon_colours{};  // mean signals, DN
+  std::array<double, kLatticeCount>
+      spectralon_colours{};  // mean signals, DN; 0 where a lattice holds several
   std::array<char, kLatticeCount> lattice_colours{};
   bool dropped = false;
   std::vector<std::string> notes;

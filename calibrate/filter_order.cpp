@@ -5,8 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "calibrate/failure.h"
+#include "calibrate/frame_picture.h"
 #include "calibrate/statistics.h"
-#include "common/core/error.h"
 #include "common/tissue/tissue.h"
 
 namespace dermap {
@@ -112,12 +113,14 @@ void CheckFilterOrder(const RigConfig& rig, const std::array<char, kLatticeCount
       if (other < best) best = other, best_nm = slot.wavelength_nm;
     }
     if (own <= kAmbiguous || best > kMuchBetter * own) continue;
-    throw InputError(
-        band.record.spectralon_files[0] + " and " + band.record.skin_files[0] +
-        ": their colours are not those of the filter at " + Short(band.record.band.wavelength_nm) +
-        " nm but look like " + Short(best_nm) +
-        " nm; expected each filter in its slot: compare the wheel with the rig's file, then restore the "
-        "frames or capture the session again");
+    const BandCalibration& record = band.record;
+    throw CaptureFailure(
+        record.spectralon_files[0] + " and " + record.skin_files[0] +
+            ": their colours are not those of the filter at " + Short(record.band.wavelength_nm) +
+            " nm but look like " + Short(best_nm) +
+            " nm; expected each filter in its slot: compare the wheel with the rig's file, then restore the "
+            "frames or capture the session again",
+        OutlinedFrame(record.picture, record.picture_scale, record.windows[0].corners));
   }
 }
 

@@ -13,6 +13,7 @@ namespace {
 constexpr int kFractionBits = 4;  // of a drawn coordinate
 constexpr Rgb8 kCardColour{0, 158, 255};
 constexpr Rgb8 kFoundColour{255, 64, 64};
+constexpr Rgb8 kWindowColour{255, 176, 0};
 constexpr double kLeastBrightest = 4.0;  // DN: noise alone must not be stretched to a picture
 
 cv::Point Fixed(Point p, double scale) {  // drawing has the first pixel's centre at 0
@@ -58,6 +59,12 @@ void DrawOutline(Plane<Rgb8>& canvas, double scale, std::span<const Point> point
 void DrawLine(Plane<Rgb8>& canvas, double scale, Point from, Point to, Rgb8 colour) {
   cv::Mat mat = Canvas(canvas);
   cv::line(mat, Fixed(from, scale), Fixed(to, scale), ColourOf(colour), 1, cv::LINE_AA, kFractionBits);
+}
+
+Plane<Rgb8> OutlinedFrame(const PlaneF& picture, double scale, std::span<const Point> window) {
+  Plane<Rgb8> canvas = Colourise(picture, ColourMap::kGray, {0.0, 1.0});
+  DrawOutline(canvas, scale, window, kWindowColour);
+  return canvas;
 }
 
 Plane<Rgb8> FailurePicture(const PlaneF& signal, const PixelRegion& card,

@@ -24,6 +24,9 @@ FramePicture PictureOf(const PlaneF& signal, int width = 480);
 void DrawOutline(Plane<Rgb8>& canvas, double scale, std::span<const Point> points, Rgb8 colour);
 void DrawLine(Plane<Rgb8>& canvas, double scale, Point from, Point to, Rgb8 colour);
 
+// A picture of a frame, 0 ... 1, with its window outlined.
+Plane<Rgb8> OutlinedFrame(const PlaneF& picture, double scale, std::span<const Point> window);
+
 // The frame with the gray card's region outlined, and other outlines where something else was found.
 Plane<Rgb8> FailurePicture(const PlaneF& signal, const PixelRegion& card,
                            std::span<const std::vector<Point>> outlines = {});

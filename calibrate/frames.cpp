@@ -9,6 +9,7 @@
 
 #include "calibrate/saturation.h"
 #include "calibrate/statistics.h"
+#include "common/core/kernel.h"
 
 namespace dermap {
 namespace {
@@ -17,6 +18,26 @@ constexpr double kSaturationMarginDn = 4.0;  // below white: the last steps of a
 constexpr double kSmallestScatterDn = 0.75;  // where rounding hides the scatter
 constexpr double kDeadDeviation = 0.3;       // share of what the neighbours answer
 constexpr double kDeadSigmas = 8.0;
+constexpr std::size_t kMostDifferences = 50'000;  // of a kind, of which the scatter is told
+
+struct SignalScale {
+  float step_dn;  // of the black level
+  float curve;    // light = signal (1 + curve signal), 1 / DN
+};
+
+DERMAP_KERNEL void SubtractBlack(const std::uint16_t* values, const std::uint16_t* black, SignalScale scale,
+                                 std::size_t count, float* signal) {
+  for (std::size_t i = 0; i < count; ++i) {
+    const float s = static_cast<float>(values[i]) - scale.step_dn * static_cast<float>(black[i]);
+    signal[i] = s * (1.0f + scale.curve * s);
+  }
+}
+
+DERMAP_KERNEL std::uint16_t Largest(const std::uint16_t* values, int count) {
+  std::uint16_t largest = 0;
+  for (int i = 0; i < count; ++i) largest = values[i] > largest ? values[i] : largest;
+  return largest;
+}
 
 // Every period-th photosite of every period-th row.
 PlaneF Lattice(const PlaneF& plane, int ox, int oy, int period) {
@@ -41,6 +62,7 @@ void MarkSaturated(const BayerFrame& frame, SignalFrame& out) {
   const int height = frame.values.height();
   std::size_t count = 0;
   for (int y = 0; y < height; ++y) {
+    if (Largest(frame.values.Row(y), width) < limit) continue;
     for (int x = 0; x < width; ++x) {
       if (frame.values(x, y) < limit || (out.mask(x, y) & kPhotositeHot) != 0) continue;
       ++count;
@@ -72,19 +94,22 @@ SignalFrame ReadSignal(const FrameRecord& record, const FrameReader& read, const
   }
   const SignalOptions& options = blacks.options();
   const auto curve = static_cast<float>(options.nonlinearity / blacks.FullScale(*match.level));
-  const auto stated = static_cast<float>(frame.black_level);
-  for (std::size_t i = 0; i < frame.values.size(); ++i) {
-    const float black = options.subtract_black ? match.level->Mean(i) : stated;
-    const float signal = static_cast<float>(frame.values.data()[i]) - black;
-    out.signal.data()[i] = signal * (1.0f + curve * signal);
+  if (options.subtract_black) {
+    SubtractBlack(frame.values.data(), match.level->mean_steps.data(), {match.level->step_dn, curve},
+                  frame.values.size(), out.signal.data());
+  } else {
+    for (std::size_t i = 0; i < frame.values.size(); ++i) {
+      const auto s = static_cast<float>(frame.values.data()[i] - frame.black_level);
+      out.signal.data()[i] = s * (1.0f + curve * s);
+    }
   }
   MarkSaturated(frame, out);
   return out;
 }
 
-std::array<double, kLatticeCount> LatticeMeans(const SignalFrame& frame) {
-  constexpr int kLanes = 8;  // sums side by side, for the compiler to keep in one vector
-  std::array<double, kLatticeCount> sum{}, count{};
+OfKinds KindMeans(const SignalFrame& frame) {
+  constexpr int kLanes = 24;  // sums side by side, for the compiler to keep in vectors; whole patterns
+  OfKinds sum{}, count{};
   for (int y = 0; y < frame.signal.height(); ++y) {
     const float* signal = frame.signal.Row(y);
     const std::uint8_t* mask = frame.mask.Row(y);
@@ -101,11 +126,12 @@ std::array<double, kLatticeCount> LatticeMeans(const SignalFrame& frame) {
     }
     for (int lane = 0; x + lane < frame.signal.width(); ++lane) add(lane);
     for (int lane = 0; lane < kLanes; ++lane) {
-      sum[LatticeOf(lane, y)] += row[lane];
-      count[LatticeOf(lane, y)] += used[lane];
+      const int kind = KindOf(lane, y, frame.period);
+      sum[kind] += row[lane];
+      count[kind] += used[lane];
     }
   }
-  for (int i = 0; i < kLatticeCount; ++i) sum[i] = count[i] > 0.0 ? sum[i] / count[i] : 0.0;
+  for (int i = 0; i < kMostKinds; ++i) sum[i] = count[i] > 0.0 ? sum[i] / count[i] : 0.0;
   return sum;
 }
 
@@ -119,8 +145,10 @@ void MarkDead(const PlaneF& spectralon, int period, MaskPlane& mask) {
     const cv::Mat in(values.height(), values.width(), CV_32F, values.data());
     cv::Mat out(values.height(), values.width(), CV_32F, around.data());
     cv::medianBlur(in, out, 5);
-    std::vector<float> difference(values.size());
-    for (std::size_t i = 0; i < values.size(); ++i) difference[i] = values.data()[i] - around.data()[i];
+    std::vector<float> difference;
+    const std::size_t step = values.size() / kMostDifferences + 1;
+    for (std::size_t i = 0; i < values.size(); i += step)
+      difference.push_back(values.data()[i] - around.data()[i]);
     const double scatter = std::max(MedianAndScatter(difference).sigma, kSmallestScatterDn);
     for (int y = 0; y < values.height(); ++y) {
       for (int x = 0; x < values.width(); ++x) {

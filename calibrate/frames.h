@@ -21,8 +21,8 @@ struct SignalFrame {
   std::vector<std::string> notes;
 };
 
-// Mean signal of each lattice over the whole frame, hot photosites left out.
-std::array<double, kLatticeCount> LatticeMeans(const SignalFrame& frame);
+// Mean signal of each kind of photosites over the whole frame, hot ones left out.
+OfKinds KindMeans(const SignalFrame& frame);
 
 // Reads, checks against the sensor and subtracts black. Throws InputError naming the frame.
 SignalFrame ReadSignal(const FrameRecord& record, const FrameReader& read, const BlackFrames& blacks);

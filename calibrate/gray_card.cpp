@@ -63,28 +63,28 @@ double GrayCardSignal(const SignalFrame& frame, const PixelRegion& card) {
 }
 
 GrayCardRatio CompareGrayCard(const SignalFrame& a, const SignalFrame& b, const PixelRegion& card) {
-  std::array<Sums, kLatticeCount> lattices;
+  std::array<Sums, kMostKinds> kinds;
   std::array<Sums, kBlocks * kBlocks> blocks;
   for (int y = card.y; y < card.y + card.height; ++y) {
     for (int x = card.x; x < card.x + card.width; ++x) {
       if (a.mask(x, y) != 0 || b.mask(x, y) != 0) continue;
       const Sums one{a.signal(x, y), b.signal(x, y), 1};
-      lattices[LatticeOf(x, y)].Add(one);
+      kinds[KindOf(x, y, a.period)].Add(one);
       blocks[(y - card.y) * kBlocks / card.height * kBlocks + (x - card.x) * kBlocks / card.width].Add(one);
     }
   }
   GrayCardRatio result;
   Sums all;
-  for (int i = 0; i < kLatticeCount; ++i) {
-    all.Add(lattices[i]);
-    if (lattices[i].count == 0) continue;
-    result.mean_a[i] = lattices[i].a / lattices[i].count;
-    result.mean_b[i] = lattices[i].b / lattices[i].count;
-    result.count[i] = lattices[i].count;
+  for (int i = 0; i < kMostKinds; ++i) {
+    all.Add(kinds[i]);
+    if (kinds[i].count == 0) continue;
+    result.mean_a[i] = kinds[i].a / kinds[i].count;
+    result.mean_b[i] = kinds[i].b / kinds[i].count;
+    result.count[i] = kinds[i].count;
   }
   result.ratio = all.b > 0.0 ? all.a / all.b : std::nan("");
   const double strongest = *std::max_element(result.mean_b.begin(), result.mean_b.end());
-  for (int i = 0; i < kLatticeCount; ++i) {
+  for (int i = 0; i < kMostKinds; ++i) {
     if (result.count[i] == 0.0 || result.mean_b[i] < kFaintColour * strongest) continue;
     result.colour_difference = std::max(result.colour_difference,
                                         std::abs(result.mean_a[i] / result.mean_b[i] / result.ratio - 1.0));
@@ -96,11 +96,10 @@ GrayCardRatio CompareGrayCard(const SignalFrame& a, const SignalFrame& b, const 
   return result;
 }
 
-double GrayCardRatio::RatioWithout(const std::array<double, kLatticeCount>& a,
-                                   const std::array<double, kLatticeCount>& b) const {
+double GrayCardRatio::RatioWithout(const OfKinds& a, const OfKinds& b) const {
   double above = 0.0;
   double below = 0.0;
-  for (int i = 0; i < kLatticeCount; ++i) {
+  for (int i = 0; i < kMostKinds; ++i) {
     above += count[i] * (mean_a[i] - a[i]);
     below += count[i] * (mean_b[i] - b[i]);
   }

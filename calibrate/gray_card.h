@@ -27,12 +27,11 @@ struct GrayCardRatio {
   double unevenness =
       0.0;  // largest deviation of a sixteenth of the card from the whole: a shadow, or a moved card
   double colour_difference = 0.0;  // largest deviation of a colour's ratio from the whole: another filter
-  std::array<double, kLatticeCount> mean_a{};
-  std::array<double, kLatticeCount> mean_b{};
-  std::array<double, kLatticeCount> count{};  // photosites
-  // The ratio after constants are taken off every photosite's signal, by lattice.
-  double RatioWithout(const std::array<double, kLatticeCount>& a,
-                      const std::array<double, kLatticeCount>& b) const;
+  OfKinds mean_a{};
+  OfKinds mean_b{};
+  OfKinds count{};  // photosites
+  // The ratio after constants are taken off every photosite's signal, by kind.
+  double RatioWithout(const OfKinds& a, const OfKinds& b) const;
 };
 // How much brighter the card is in `a` than in `b`. The same card at the same place: reflectance, light
 // falloff and vignetting divide out. ratio is NaN where nothing is usable.

@@ -9,11 +9,6 @@
 
 namespace dermap {
 
-Point Homography::operator()(Point p) const {
-  const double w = m[6] * p.x + m[7] * p.y + m[8];
-  return {(m[0] * p.x + m[1] * p.y + m[2]) / w, (m[3] * p.x + m[4] * p.y + m[5]) / w};
-}
-
 Homography Homography::After(const Homography& first) const {
   Homography out;
   for (int i = 0; i < 3; ++i) {

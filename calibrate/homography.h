@@ -13,7 +13,10 @@ struct Point {
 
 struct Homography {
   std::array<double, 9> m{1, 0, 0, 0, 1, 0, 0, 0, 1};  // row by row
-  Point operator()(Point p) const;
+  Point operator()(Point p) const {
+    const double w = m[6] * p.x + m[7] * p.y + m[8];
+    return {(m[0] * p.x + m[1] * p.y + m[2]) / w, (m[3] * p.x + m[4] * p.y + m[5]) / w};
+  }
   Homography After(const Homography& first) const;  // this(first(p))
   Homography Inverse() const;
 };

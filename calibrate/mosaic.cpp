@@ -11,6 +11,7 @@ namespace {
 
 constexpr int kSmoothReach = 4;  // photosites, at least one step of the pattern
 constexpr int kLongestPeriod = 6;
+constexpr std::size_t kMostCells = 100'000;  // of a frame, of which the bright ones are told
 
 template <class T>
 Plane<T> CropPlane(const Plane<T>& plane, int x0, int y0, int x1, int y1) {
@@ -68,18 +69,6 @@ Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double 
   return out;
 }
 
-LatticeCell CellAt(const Mosaic& mosaic, int lattice, Point p) {
-  const int ox = lattice & 1;
-  const int oy = lattice >> 1;
-  const double u = (p.x - mosaic.x0 - 0.5 - ox) / 2.0;
-  const double v = (p.y - mosaic.y0 - 0.5 - oy) / 2.0;
-  const int iu = static_cast<int>(std::floor(u));
-  const int iv = static_cast<int>(std::floor(v));
-  LatticeCell cell{2 * iu + ox, 2 * iv + oy, u - iu, v - iv, false};
-  cell.inside = cell.x >= 0 && cell.y >= 0 && cell.x + 2 < mosaic.width() && cell.y + 2 < mosaic.height();
-  return cell;
-}
-
 double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y) {
   const Point p = mosaic.lens.PhotositesFromIdeal({camera_x, camera_y});
   double skin = 0.0;
@@ -115,7 +104,9 @@ PlaneF CellReflectance(const Mosaic& mosaic, double darkest) {
       spectralon(x / 2, y / 2) += mosaic.spectralon(x, y);
     }
   }
-  std::vector<float> sorted(spectralon.values().begin(), spectralon.values().end());
+  std::vector<float> sorted;
+  const std::size_t step = spectralon.size() / kMostCells + 1;
+  for (std::size_t i = 0; i < spectralon.size(); i += step) sorted.push_back(spectralon.data()[i]);
   const auto bright = sorted.begin() + static_cast<std::ptrdiff_t>(sorted.size() * 95 / 100);
   if (sorted.empty()) return skin;
   std::nth_element(sorted.begin(), bright, sorted.end());

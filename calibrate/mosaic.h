@@ -8,6 +8,8 @@
 // where the lens does not distort; where it does, `lens` leads from camera coordinates to photosites.
 #pragma once
 
+#include <cmath>
+
 #include "calibrate/frames.h"
 #include "calibrate/patch_map.h"
 
@@ -37,7 +39,17 @@ struct LatticeCell {
   double fx, fy;
   bool inside;
 };
-LatticeCell CellAt(const Mosaic& mosaic, int lattice, Point photosites);
+inline LatticeCell CellAt(const Mosaic& mosaic, int lattice, Point photosites) {
+  const int ox = lattice & 1;
+  const int oy = lattice >> 1;
+  const double u = (photosites.x - mosaic.x0 - 0.5 - ox) / 2.0;
+  const double v = (photosites.y - mosaic.y0 - 0.5 - oy) / 2.0;
+  const int iu = static_cast<int>(std::floor(u));
+  const int iv = static_cast<int>(std::floor(v));
+  LatticeCell cell{2 * iu + ox, 2 * iv + oy, u - iu, v - iv, false};
+  cell.inside = cell.x >= 0 && cell.y >= 0 && cell.x + 2 < mosaic.width() && cell.y + 2 < mosaic.height();
+  return cell;
+}
 
 // Reflectance at a point: ratio of the lattices' sums; NaN outside or where masked. For finding edges.
 double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y);

@@ -81,6 +81,7 @@ Position Measure(const Session& session, const FrameReader& read, const BlackFra
     mosaic.skin = skin.signal;
     mosaic.spectralon = whites[0].signal;
     mosaic.mask = skin.mask;
+    mosaic.period = skin.period;
     mosaic.scale = 1.0 / CompareGrayCard(skin, whites[0], card).ratio;
     window = FindWindow(mosaic, card, session.rig.window_mm, record.file);
     add(skin, window, out.skin);

@@ -17,6 +17,13 @@ constexpr int LatticeOf(int x, int y) {
   return 2 * (y & 1) + (x & 1);
 }
 
+// Which photosite of a filter pattern that repeats after `period`: its kind. Of period 2 kinds are lattices.
+inline constexpr int kMostKinds = 36;
+using OfKinds = std::array<double, kMostKinds>;
+constexpr int KindOf(int x, int y, int period) {
+  return period * (y % period) + x % period;
+}
+
 struct BayerFrame {
   Plane<std::uint16_t> values;  // active area as read: black not subtracted, nothing rotated
   std::array<char, kLatticeCount>

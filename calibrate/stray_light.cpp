@@ -10,26 +10,31 @@ namespace {
 
 constexpr double kClear_px = 5.0;  // from the window's edge: the lens blurs skin into nearer tape
 constexpr int kRounds = 4;
-constexpr int kFewest = 100;  // photosites of tape
+constexpr int kFewest = 100;             // photosites of tape
+constexpr double kMostPhotosites = 2e5;  // of a mosaic that are looked at, about
 // What is expected of a lens, one standard deviation: where the frame is dark the tape says little, and what
 // it says is believed no more than that.
 constexpr double kUsualShare = 0.02;
 
 struct TapeSums {
-  std::array<double, kLatticeCount> skin{}, spectralon{}, count{};
+  OfKinds skin{}, spectralon{}, count{};
 };
 
 TapeSums SumTape(const Mosaic& mosaic, const Window& window) {
   const Homography unit_from_camera = window.camera_from_unit.Inverse();
   const double clear = kClear_px / window.smallest_side_px;
+  // Steps that share no factor with any pattern, so that all kinds are met.
+  const double share = double(mosaic.width()) * mosaic.height() / kMostPhotosites;
+  int step = 1;
+  while (step * step < share) step += step % 6 == 1 ? 4 : 2;
   TapeSums sums;
-  for (int y = 0; y < mosaic.height(); ++y) {
-    for (int x = 0; x < mosaic.width(); ++x) {
+  for (int y = 0; y < mosaic.height(); y += step) {
+    for (int x = 0; x < mosaic.width(); x += step) {
       if (mosaic.mask(x, y) != 0) continue;
       const Point p =
           unit_from_camera(mosaic.lens.IdealFromPhotosites({mosaic.x0 + x + 0.5, mosaic.y0 + y + 0.5}));
       if (std::max({-p.x, -p.y, p.x - 1.0, p.y - 1.0}) < clear) continue;
-      const int i = LatticeOf(mosaic.x0 + x, mosaic.y0 + y);
+      const int i = KindOf(mosaic.x0 + x, mosaic.y0 + y, mosaic.period);
       sums.skin[i] += mosaic.skin(x, y);
       sums.spectralon[i] += mosaic.spectralon(x, y);
       sums.count[i] += 1.0;
@@ -44,7 +49,7 @@ StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const 
                               const GrayCardRatio& card, double certificate, const Known& tape_reflectance) {
   const TapeSums tape = SumTape(mosaic, window);
   double skin = 0, white = 0, skin_mean = 0, white_mean = 0, count = 0;
-  for (int i = 0; i < kLatticeCount; ++i) {
+  for (int i = 0; i < kMostKinds; ++i) {
     skin += tape.skin[i];
     white += tape.spectralon[i];
     skin_mean += tape.count[i] * means.skin[i];
@@ -63,8 +68,8 @@ StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const 
     const double sigma = tape_reflectance.sigma * white / per_share;
     const double belief = kUsualShare * kUsualShare / (kUsualShare * kUsualShare + sigma * sigma);
     result.share = {belief * measured, kUsualShare * std::sqrt(1.0 - belief)};
-    std::array<double, kLatticeCount> off_skin{}, off_white{};
-    for (int i = 0; i < kLatticeCount; ++i) {
+    OfKinds off_skin{}, off_white{};
+    for (int i = 0; i < kMostKinds; ++i) {
       off_skin[i] = result.share.value * means.skin[i];
       off_white[i] = result.share.value * means.spectralon[i];
     }
@@ -76,7 +81,7 @@ StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const 
 void RemoveStrayLight(double share, const FrameMeans& means, Mosaic& mosaic) {
   for (int y = 0; y < mosaic.height(); ++y) {
     for (int x = 0; x < mosaic.width(); ++x) {
-      const int i = LatticeOf(mosaic.x0 + x, mosaic.y0 + y);
+      const int i = KindOf(mosaic.x0 + x, mosaic.y0 + y, mosaic.period);
       mosaic.skin(x, y) -= static_cast<float>(share * means.skin[i]);
       mosaic.spectralon(x, y) -= static_cast<float>(share * means.spectralon[i]);
     }

@@ -12,9 +12,9 @@
 
 namespace dermap {
 
-struct FrameMeans {  // mean signal of each lattice over the whole frame, DN
-  std::array<double, kLatticeCount> skin{};
-  std::array<double, kLatticeCount> spectralon{};
+struct FrameMeans {  // mean signal of each kind of photosites over the whole frame, DN
+  OfKinds skin{};
+  OfKinds spectralon{};
 };
 
 struct StrayLight {

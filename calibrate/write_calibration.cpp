@@ -16,8 +16,6 @@ namespace {
 
 using nlohmann::json;
 
-constexpr Rgb8 kOutline{255, 176, 0};
-
 // 450 -> "450nm", 532.5 -> "532.5nm"
 std::string NameOf(double wavelength_nm) {
   char text[32];
@@ -94,13 +92,6 @@ json RecordOfMeanCorrelation(const NoiseCorrelation& mean) {
   return record;
 }
 
-// The captured frame with its window outlined.
-Plane<Rgb8> OutlinedFrame(const BandCalibration& band) {
-  Plane<Rgb8> picture = Colourise(band.picture, ColourMap::kGray, {0.0, 1.0});
-  DrawOutline(picture, band.picture_scale, band.windows[0].corners, kOutline);
-  return picture;
-}
-
 class Pictures {
  public:
   explicit Pictures(std::filesystem::path directory) : directory_(std::move(directory)) {}
@@ -166,7 +157,8 @@ void WriteCalibration(const std::filesystem::path& stack_path, const Calibration
   std::size_t k = 0;
   for (const BandCalibration& band : result.bands) {
     const std::string name = NameOf(band.band.wavelength_nm);
-    pictures.Add("Captured frame, " + name, name + "_frame.png", OutlinedFrame(band));
+    pictures.Add("Captured frame, " + name, name + "_frame.png",
+                 OutlinedFrame(band.picture, band.picture_scale, band.windows[0].corners));
     if (band.dropped) continue;
     const PlaneF& reflectance = result.stack.reflectance[k++];
     pictures.Add("Calibrated reflectance, " + name, name + "_reflectance.png",

@@ -54,6 +54,11 @@ only "libumockdev belongs in acquire/emulator/usb_bus.cpp and usbfs.cpp" 'umockd
 only "cpp-httplib belongs in acquire/daemon/*.cpp" 'httplib' '^acquire/daemon/[^/]*\.cpp$'
 only "OpenImageIO belongs in common/files/*.cpp and calibrate/" 'OpenImageIO/' '^(common/files/[^/]*\.cpp|calibrate/.*)$'
 only "Ceres belongs in fit/" 'ceres/' '^fit/'
+# Damaged files can end LibRaw: whoever opens files by it asks the guard first.
+mapfile -t files < <(sources common acquire calibrate fit render studies apps | grep -v '^common/files/raw_guard' | xargs grep -lE '^#include <libraw/')
+for file in "${files[@]}"; do
+  grep -q '^#include "common/files/raw_guard.h"' "$file" || fail "$file opens files by LibRaw without common/files/raw_guard.h"
+done
 
 # 4. Third-party device, image and solver headers stay out of our headers; headers guard themselves with #pragma once.
 mapfile -t headers < <(find common acquire calibrate fit render studies apps -name '*.h' | sort)

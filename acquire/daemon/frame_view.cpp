@@ -10,6 +10,8 @@
 #include <opencv2/imgproc.hpp>
 #include <vector>
 
+#include "common/files/raw_guard.h"
+
 namespace dermap {
 namespace {
 
@@ -17,6 +19,7 @@ constexpr int kWidth_px = 240;
 constexpr double kSmallestWindow = 0.02, kLargestWindow = 0.7;  // shares of the picture
 
 cv::Mat GrayOf(const RawFrame& frame) {
+  if (!SurvivesLibRaw(frame.bytes)) return {};
   const auto raw = std::make_unique<LibRaw>(LIBRAW_OPIONS_NO_DATAERR_CALLBACK);
   // LibRaw only reads from the buffer; its interface lacks the const.
   if (raw->open_buffer(const_cast<std::byte*>(frame.bytes.data()), frame.bytes.size()) != LIBRAW_SUCCESS ||

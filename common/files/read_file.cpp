@@ -88,6 +88,9 @@ std::string ReadTextFile(const std::filesystem::path& path) {
 
 std::vector<std::byte> ReadBinaryFile(const std::filesystem::path& path) {
   std::vector<std::byte> bytes;
+  std::error_code unknown;
+  const auto expected = std::filesystem::file_size(path, unknown);
+  if (!unknown && expected < kLargestFileBytes) bytes.reserve(expected);
   ReadPieces(path, [&](const char* data, std::size_t size) {
     const auto* first = reinterpret_cast<const std::byte*>(data);
     bytes.insert(bytes.end(), first, first + size);

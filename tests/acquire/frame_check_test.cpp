@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "acquire/simulated/dng_writer.h"
+#include "common/files/atomic_file.h"
 
 namespace dermap {
 namespace {
@@ -42,6 +43,15 @@ TEST(FrameCheck, NoticesTruncationAtAnyLength) {
     EXPECT_FALSE(check.decodes) << length << " of " << whole.bytes.size();
     EXPECT_FALSE(check.problem.empty());
   }
+}
+
+// Found by raw_frame_fuzz: LibRaw 0.20 overruns a buffer on it, and libc ended the program.
+TEST(FrameCheck, SurvivesWhatEndsLibRaw) {
+  const std::string bytes = ReadTextFile(DERMAP_FUZZ_FOUND "/raw_hasselblad_model.bin");
+  const auto* data = reinterpret_cast<const std::byte*>(bytes.data());
+  const FrameCheck check = CheckFrame({{data, data + bytes.size()}, ".dng"});
+  EXPECT_FALSE(check.decodes);
+  EXPECT_EQ(check.problem, "is damaged where it names its camera");
 }
 
 TEST(FrameCheck, RefusesWhatIsNoRawFile) {

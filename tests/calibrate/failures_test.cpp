@@ -77,8 +77,21 @@ TEST(Failures, NameALitBlackFrame) {
   SimulatedSession simulated("gray_50.toml", {}, TwoBands);
   const auto black = simulated.Frames(FrameRole::kBlack).at(0);
   const auto white = simulated.Frames(FrameRole::kSpectralon, 450.0).at(0);
-  EXPECT_THAT(FailureOf(simulated.session(), Swapped(simulated, black, white)).message,
-              AllOf(HasSubstr(black.file), HasSubstr("black frame is lit")));
+  // Some cameras' files state no black level: a black frame is none the worse for it, a lit one is still
+  // told.
+  for (const bool stated : {true, false}) {
+    const auto level = [&](const FrameReader& read) {
+      return [=](const FrameRecord& record) {
+        BayerFrame frame = read(record);
+        if (!stated) frame.black_level = 0.0;
+        return frame;
+      };
+    };
+    const Failure failure = FailureOf(simulated.session(), level(Swapped(simulated, black, white)));
+    EXPECT_THAT(failure.message, AllOf(HasSubstr(black.file), HasSubstr("black frame is lit"))) << stated;
+    EXPECT_TRUE(failure.picture) << stated;
+    EXPECT_EQ(FailureOf(simulated.session(), level(simulated.Reader())).message, "no failure") << stated;
+  }
 }
 
 TEST(Failures, NameASpectralonFrameThatIsSaturated) {

@@ -58,9 +58,9 @@ shows 'skin_450nm.dng|no window in this skin frame'
 fresh && swap skin_450nm skin_560nm
 shows 'nm.dng|filter was out of order'
 fresh && swap skin_450nm skin_560nm && swap spectralon_450nm spectralon_560nm
-refuses 2 out.exr 'compare the wheel' -- calibrate bad -o out.exr --no-verify
+shows 'compare the wheel'
 fresh && cp "$(frame good spectralon_450nm)" "$(echo bad/frames/0001_black*)"
-refuses 2 out.exr '0001_black|black frame is lit' -- calibrate bad -o out.exr --no-verify
+shows '0001_black|black frame is lit'
 
 # --- missing
 fresh && rm "$(frame bad skin_560nm)"

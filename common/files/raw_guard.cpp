@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // A child process that opens the file and says nothing.
-#include "calibrate/raw_guard.h"
+#include "common/files/raw_guard.h"
 
 #include <fcntl.h>
 #include <libraw/libraw.h>
@@ -39,25 +39,40 @@ bool NamesMaker(const std::filesystem::path& path) {
   return Names(std::string_view(bytes).substr(0, static_cast<std::size_t>(file.gcount())));
 }
 
-[[noreturn]] void OpenAndExit(const std::filesystem::path& path) {
-  for (const int deadly : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(deadly, SIG_DFL);
-  const int nowhere = open("/dev/null", O_WRONLY);
-  dup2(nowhere, STDERR_FILENO);  // libc tells of the overrun
-  const auto raw = std::make_unique<LibRaw>();
-  raw->open_file(path.c_str());
-  _exit(0);
+bool NamesMaker(std::span<const std::byte> file) {
+  const std::string_view bytes(reinterpret_cast<const char*>(file.data()), file.size());
+  const std::size_t end = bytes.size() > kHead_bytes ? bytes.size() - kHead_bytes : 0;
+  return Names(bytes.substr(0, kHead_bytes)) || Names(bytes.substr(end));
+}
+
+// Whether a process that does no more than `open` lives on.
+template <class Open>
+bool Survives(const Open& open_by) {
+  const pid_t child = fork();
+  if (child == 0) {
+    for (const int deadly : {SIGABRT, SIGSEGV, SIGBUS, SIGFPE}) std::signal(deadly, SIG_DFL);
+    const int nowhere = open("/dev/null", O_WRONLY);
+    dup2(nowhere, STDERR_FILENO);  // libc tells of the overrun
+    const auto raw = std::make_unique<LibRaw>(LIBRAW_OPIONS_NO_DATAERR_CALLBACK);
+    open_by(*raw);
+    _exit(0);
+  }
+  int status = 0;
+  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
+  }
+  return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
 }
 
 }  // namespace
 
 bool SurvivesLibRaw(const std::filesystem::path& path) {
-  if (!NamesMaker(path)) return true;
-  const pid_t child = fork();
-  if (child == 0) OpenAndExit(path);
-  int status = 0;
-  while (child > 0 && waitpid(child, &status, 0) < 0 && errno == EINTR) {
-  }
-  return child > 0 && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+  return !NamesMaker(path) || Survives([&](LibRaw& raw) { raw.open_file(path.c_str()); });
+}
+
+bool SurvivesLibRaw(std::span<const std::byte> file) {
+  if (!NamesMaker(file)) return true;
+  // LibRaw only reads from the buffer; its interface lacks the const.
+  return Survives([&](LibRaw& raw) { raw.open_buffer(const_cast<std::byte*>(file.data()), file.size()); });
 }
 
 }  // namespace dermap

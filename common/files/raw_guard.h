@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-// Files on which LibRaw itself may end the program.
+// Raw files on which LibRaw itself may end the program: asked before LibRaw opens any.
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
+#include <span>
 
 namespace dermap {
 
@@ -10,5 +12,7 @@ namespace dermap {
 // damaged files of that maker, and libc then aborts: files that name it are opened in a child process first.
 // Costs nothing for others.
 bool SurvivesLibRaw(const std::filesystem::path& path);
+// The same of a file that is in memory.
+bool SurvivesLibRaw(std::span<const std::byte> file);
 
 }  // namespace dermap

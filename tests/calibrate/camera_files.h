@@ -1,0 +1,34 @@
+// SPDX-License-Identifier: Apache-2.0
+// Raw files as makers' cameras write them, as far as their formats are published: TIFF 6.0 with the makers'
+// tags, and lossless JPEG (ITU-T T.81, annex H). Written for tests alone, so that readers are held to known
+// photosites.
+#pragma once
+
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "common/core/image.h"
+
+namespace dermap {
+
+// What a file tells beside its photosites.
+struct CameraFile {
+  std::string make, model;
+  int bits = 14;
+  std::array<std::uint8_t, 4> filters{0, 1, 1, 2};  // 0 red, 1 green, 2 blue: a cell, row by row
+  std::array<int, 4> black{};  // of red, green, green, blue; where the format has a place
+  int orientation = 1;
+};
+
+// Nikon: big-endian, uncompressed; 12 bits packed, or 14 bits in 16. The black level is in the maker note.
+std::vector<std::byte> EncodeNef(const Plane<std::uint16_t>& photosites, const CameraFile& file);
+// Sony: little-endian, uncompressed, 14 bits in 16.
+std::vector<std::byte> EncodeArw(const Plane<std::uint16_t>& photosites, const CameraFile& file);
+// Canon: lossless JPEG of two components, in strips side by side of `strip_width` photosites (0: one).
+std::vector<std::byte> EncodeCr2(const Plane<std::uint16_t>& photosites, const CameraFile& file,
+                                 int strip_width = 0);
+
+}  // namespace dermap

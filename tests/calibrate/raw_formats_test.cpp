@@ -1,0 +1,116 @@
+// SPDX-License-Identifier: Apache-2.0
+// Cameras' own formats: the photosites that were written, in the filters' order, with the levels that the
+// file tells.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <numeric>
+
+#include "calibrate/raw_frame.h"
+#include "common/files/atomic_file.h"
+#include "tests/calibrate/camera_files.h"
+#include "tests/common/files/temporary_folder.h"
+
+namespace dermap {
+namespace {
+
+// Every value from 0 to below 2^bits comes up somewhere, neighbours differ much.
+Plane<std::uint16_t> Photosites(int width, int height, int bits) {
+  Plane<std::uint16_t> plane(width, height);
+  for (std::size_t i = 0; i < plane.size(); ++i)
+    plane.data()[i] = static_cast<std::uint16_t>(i * 7919 % (std::size_t{1} << bits));
+  return plane;
+}
+
+class RawFormats : public ::testing::Test {
+ protected:
+  BayerFrame Read(const std::string& name, const std::vector<std::byte>& bytes) {
+    WriteFileAtomically(folder_.path() / name, bytes);
+    return ReadBayerFrame(folder_.path() / name);
+  }
+  TemporaryFolder folder_;
+};
+
+void ExpectSame(const BayerFrame& frame, const Plane<std::uint16_t>& photosites) {
+  ASSERT_TRUE(frame.values.SameShape(photosites));
+  for (std::size_t i = 0; i < photosites.size(); ++i)
+    ASSERT_EQ(frame.values.data()[i], photosites.data()[i]) << i;
+  EXPECT_EQ(frame.period, 2);
+  EXPECT_NEAR(frame.exposure_ms, 12.5, 1e-3);
+  EXPECT_EQ(frame.iso, 320);
+}
+
+using Colours = std::array<char, kLatticeCount>;
+
+// The values written; a black level of each colour, of which the frame states the mean: (600 + ... + 606)
+// / 4.
+TEST_F(RawFormats, NefOf14Bits) {
+  const auto photosites = Photosites(96, 64, 14);
+  const BayerFrame frame = Read(
+      "a.nef",
+      EncodeNef(photosites, {"NIKON CORPORATION", "NIKON D9999", 14, {1, 2, 0, 1}, {600, 602, 604, 606}, 6}));
+  ExpectSame(frame, photosites);
+  EXPECT_EQ(frame.colours, (Colours{'G', 'B', 'R', 'G'}));
+  EXPECT_EQ(frame.black_level, 603.0);
+  EXPECT_EQ(frame.white_level, 16383);
+}
+
+// Nikon states black levels in steps of 14 bits: 600 are 150 of 12 bits.
+TEST_F(RawFormats, NefOf12BitsPacked) {
+  const auto photosites = Photosites(96, 64, 12);
+  const BayerFrame frame = Read(
+      "a.nef",
+      EncodeNef(photosites, {"NIKON CORPORATION", "NIKON D9999", 12, {0, 1, 1, 2}, {600, 600, 600, 600}}));
+  ExpectSame(frame, photosites);
+  EXPECT_EQ(frame.colours, (Colours{'R', 'G', 'G', 'B'}));
+  EXPECT_EQ(frame.black_level, 150.0);
+  EXPECT_EQ(frame.white_level, 4095);
+}
+
+TEST_F(RawFormats, ArwInEachPhaseOfTheFilters) {
+  const auto photosites = Photosites(96, 64, 14);
+  const std::array<std::array<std::uint8_t, 4>, 4> phases{
+      {{0, 1, 1, 2}, {1, 0, 2, 1}, {1, 2, 0, 1}, {2, 1, 1, 0}}};
+  const std::array<Colours, 4> expected{
+      {{'R', 'G', 'G', 'B'}, {'G', 'R', 'B', 'G'}, {'G', 'B', 'R', 'G'}, {'B', 'G', 'G', 'R'}}};
+  for (std::size_t i = 0; i < phases.size(); ++i) {
+    const BayerFrame frame =
+        Read("a.arw", EncodeArw(photosites, {"SONY", "ILCE-9999", 14, phases[i], {512, 512, 512, 512}}));
+    ExpectSame(frame, photosites);
+    EXPECT_EQ(frame.colours, expected[i]);
+    EXPECT_EQ(frame.black_level, 512.0);
+    EXPECT_EQ(frame.white_level, 16383);
+  }
+}
+
+// Strips of 40 photosites side by side, the last of 16, as Canon's cameras cut their frames.
+TEST_F(RawFormats, Cr2WholeAndInStrips) {
+  const auto photosites = Photosites(96, 64, 14);
+  for (const int strip_width : {0, 40}) {
+    const BayerFrame frame =
+        Read("a.cr2", EncodeCr2(photosites, {"Canon", "Canon EOS 9999D", 14, {}, {}, 8}, strip_width));
+    ExpectSame(frame, photosites);
+    EXPECT_EQ(frame.colours, (Colours{'R', 'G', 'G', 'B'}));
+    EXPECT_EQ(frame.white_level, 16383);
+  }
+}
+
+// A Canon sensor of this size is known to have 48 covered columns on its left and 6 rows above: they are no
+// part of the frame, and tell its black level.
+TEST_F(RawFormats, Cr2WithCoveredMargins) {
+  auto sensor = Photosites(2224, 1456, 12);
+  for (int y = 0; y < sensor.height(); ++y) std::fill_n(sensor.Row(y), 48, std::uint16_t{131});
+  const BayerFrame frame = Read("a.cr2", EncodeCr2(sensor, {"Canon", "Canon EOS D30", 12}));
+  ASSERT_EQ(frame.values.width(), 2224 - 48);
+  ASSERT_EQ(frame.values.height(), 1456 - 6 - 2);
+  for (int y = 0; y < frame.values.height(); ++y) {
+    ASSERT_TRUE(
+        std::equal(frame.values.Row(y), frame.values.Row(y) + frame.values.width(), sensor.Row(y + 6) + 48))
+        << y;
+  }
+  EXPECT_EQ(frame.black_level, 131.0);
+  EXPECT_EQ(frame.white_level, 4095);
+}
+
+}  // namespace
+}  // namespace dermap
