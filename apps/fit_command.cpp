@@ -59,7 +59,7 @@ void AddOptions(CLI::App& app, FitArguments& args) {
   app.add_option("--beneath-tape", args.beneath_tape,
                  "Skin there: edge (default: as at the window's edge) | mirrored | mean");
   app.add_option("--shared-error", args.options.shared_error,
-                 "Error that all pixels of a band share, relative (default 0.001)")
+                 "Error that all pixels of a band share, relative (default: the stack's, else 0.001)")
       ->check(CLI::Range(0.0, 0.1));
   app.add_option("--tolerance", args.options.tolerance,
                  "How far a render may be off, relative (default 0: a tenth of the noise)")

@@ -36,14 +36,16 @@ enum class DescentMetric {
 // Asked between steps, from the fit's own thread: true ends the fit where it stands.
 using StopFunction = std::function<bool()>;
 
+// Relative: how well calibration and tables know a band (exact_judged_test, `dermap study calibration`).
+inline constexpr double kSharedError = 1e-3;
+
 struct FitOptions {
   FitMethod method = FitMethod::kFast;
   DescentMetric metric = DescentMetric::kCurvature;
   std::string profiles = "exact";
   ForwardOptions forward;
   double tolerance = 0.0;  // of a render, relative (ForwardOptions::tolerance); 0: a tenth of the noise
-  // Relative: how well calibration and tables know a band (exact_judged_test, `dermap study calibration`).
-  double shared_error = 1e-3;
+  std::optional<double> shared_error;      // relative; nothing: the stack's own, or kSharedError
   std::vector<Parameter> free_parameters;  // empty ("auto"): fast weighs the evidence, descent counts bands
   ParameterVector fixed_values = AverageSkin();  // of what is not free; also where kAverage starts
   std::optional<LearntPrior> prior;              // what earlier fits found; fast only

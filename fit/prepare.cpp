@@ -2,6 +2,8 @@
 // Checks and masks of a stack, and the default noise.
 #include "fit/prepare.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -139,13 +141,21 @@ std::vector<Parameter> ChooseFreeParameters(const std::vector<Parameter>& asked,
   return free;
 }
 
+double SharedErrorOf(const ReflectanceStack& stack, const FitOptions& options) {
+  return options.shared_error.value_or(stack.shared_error.value_or(kSharedError));
+}
+
 FitData PrepareStack(const ReflectanceStack& stack, const FitOptions& options, int free_count,
                      std::vector<std::string>& decisions) {
   CheckShape(stack);
   FitData data;
   data.bands = stack.bands;
   data.conditions = ConditionsOf(stack, options);
-  data.shared_error = options.shared_error;
+  data.shared_error = SharedErrorOf(stack, options);
+  if (!options.shared_error && stack.shared_error)
+    decisions.push_back(
+        fmt::format("All pixels of a band share an error of {:g} of its reflectance, as the stack says.",
+                    *stack.shared_error));
   data.noise_correlation_x = stack.noise_correlation_x;
   data.noise_correlation_y = stack.noise_correlation_y;
   data.measured.assign(stack.bands.size(), PlaneF(stack.width(), stack.height()));

@@ -48,6 +48,9 @@ std::vector<Parameter> ChooseFreeParameters(const std::vector<Parameter>& asked,
 FitData PrepareStack(const ReflectanceStack& stack, const FitOptions& options, int free_count,
                      std::vector<std::string>& decisions);
 
+// What was asked for, else the stack's, else kSharedError.
+double SharedErrorOf(const ReflectanceStack& stack, const FitOptions& options);
+
 // Marks the pixels that have at least `free_count` data in `fitted`, and flags the others kFlagSaturated.
 void MarkFitted(FitData& data, int free_count);
 

@@ -11,6 +11,7 @@
 #include "common/files/maps.h"
 #include "fit/candidate.h"
 #include "fit/options.h"
+#include "fit/prepare.h"
 
 namespace dermap {
 namespace {
@@ -78,7 +79,7 @@ SettingList SettingsOf(const ReflectanceStack& stack, const FitOptions& options)
       {"engine", std::string(EngineName(options.forward.engine))},
       {"beneath_tape", std::string(NameOf(options.forward.beneath_tape))},
       {"tolerance", Text(options.tolerance)},
-      {"shared_error", Text(options.shared_error)},
+      {"shared_error", Text(SharedErrorOf(stack, options))},
       {"free", options.free_parameters.empty() ? "auto" : NamesOf(options.free_parameters)},
       {"tissue", TissueOf(options.tissue)},
       {"prior", PriorOf(options)},

@@ -160,6 +160,7 @@ RenderResult RenderMaps(const MapsFile& file, const RenderOptions& options, cons
   result.image.illumination = conditions.illumination;
   result.image.tape = conditions.tape;
   result.image.geometry = conditions.geometry;
+  result.image.shared_error = 0.0;  // a fit by the same tables has no error of calibration to fear
   result.image.notes = {{"light", light.description}, {"profiles", options.profiles}};
   if (!edits.empty()) result.image.notes["edits"] = JoinedEdits(options.edits);
 

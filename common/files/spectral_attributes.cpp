@@ -23,6 +23,7 @@ constexpr const char* kIllumination = "dermap:illumination";
 constexpr const char* kTape = "dermap:tape";
 constexpr const char* kGeometry = "dermap:geometry";
 constexpr const char* kWidths = "dermap:fwhmNm";
+constexpr const char* kSharedError = "dermap:sharedError";
 constexpr const char* kCorrelationX = "dermap:noiseCorrelationX";
 constexpr const char* kCorrelationY = "dermap:noiseCorrelationY";
 
@@ -166,6 +167,23 @@ void ReadNoiseCorrelation(const std::string& file, const ExrImage& image, Reflec
 void WriteNoiseCorrelation(const ReflectanceStack& stack, ExrImage& image) {
   if (!stack.noise_correlation_x.empty()) image.lists[kCorrelationX] = stack.noise_correlation_x;
   if (!stack.noise_correlation_y.empty()) image.lists[kCorrelationY] = stack.noise_correlation_y;
+}
+
+double CheckedSharedError(const std::string& where, double shared_error) {
+  if (shared_error >= 0.0 && shared_error <= 0.1) return shared_error;
+  throw InputError(where + " is " + FormatNumber(shared_error) +
+                   "; expected a share of the reflectance, 0 to 0.1");
+}
+
+void ReadSharedError(const std::string& file, const ExrImage& image, ReflectanceStack& stack) {
+  if (!image.HasAttribute(kSharedError)) return;
+  const auto found = image.numbers.find(kSharedError);
+  if (found == image.numbers.end()) throw InputError(file + ": " + kSharedError + " is not a number");
+  stack.shared_error = CheckedSharedError(file + ": " + kSharedError, found->second);
+}
+
+void WriteSharedError(const ReflectanceStack& stack, ExrImage& image) {
+  if (stack.shared_error) image.numbers[kSharedError] = *stack.shared_error;
 }
 
 }  // namespace dermap

@@ -47,4 +47,9 @@ void WriteNoiseCorrelation(const ReflectanceStack& stack, ExrImage& image);
 inline constexpr std::size_t kMaxCorrelationLags = 16;
 void CheckNoiseCorrelation(const std::string& where, const std::vector<float>& lags);
 
+// dermap:sharedError; absent: not known. 0 to 0.1, else InputError.
+void ReadSharedError(const std::string& file, const ExrImage& image, ReflectanceStack& stack);
+void WriteSharedError(const ReflectanceStack& stack, ExrImage& image);
+double CheckedSharedError(const std::string& where, double shared_error);
+
 }  // namespace dermap

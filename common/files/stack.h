@@ -22,6 +22,7 @@ struct ReflectanceStack {
   // independent. An average of pixels is known less well than sigma / sqrt(n) where neighbours share
   // photosites.
   std::vector<float> noise_correlation_x, noise_correlation_y;
+  std::optional<double> shared_error;  // relative, 0 to 0.1: how well each band as a whole is known
   std::optional<double> pixel_size_mm;
   Illumination illumination = Illumination::kWindow;
   Tape tape = Tape::kFree;

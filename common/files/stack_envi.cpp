@@ -18,6 +18,7 @@ namespace dermap {
 namespace {
 
 constexpr const char* kNotePrefix = "dermap note ";
+constexpr const char* kSharedError = "dermap shared error";
 constexpr const char* kCorrelationX = "dermap noise correlation x";
 constexpr const char* kCorrelationY = "dermap noise correlation y";
 
@@ -201,6 +202,8 @@ ReflectanceStack ReadEnviStack(const std::filesystem::path& path) {
                     ReadEnviConditions(header));
   stack.noise_correlation_x = ReadCorrelation(header, kCorrelationX);
   stack.noise_correlation_y = ReadCorrelation(header, kCorrelationY);
+  if (const auto error = header.Number(kSharedError))
+    stack.shared_error = CheckedSharedError(fmt::format("{}: '{}'", header.file(), kSharedError), *error);
   stack.notes = header.WithPrefix(kNotePrefix);
   return stack;
 }
@@ -213,6 +216,7 @@ void WriteEnviStack(const std::filesystem::path& path, const ReflectanceStack& s
       CommonHeader("Reflectance, fraction", stack.width(), stack.height(), stack.bands.size()) +
       SpectralKeys(stack);
   if (stack.pixel_size_mm) header += "dermap pixel size mm = " + FormatNumber(*stack.pixel_size_mm) + "\n";
+  if (stack.shared_error) header += fmt::format("{} = {}\n", kSharedError, FormatNumber(*stack.shared_error));
   header += "dermap illumination = " + IlluminationName(stack.illumination) + "\n";
   header += "dermap tape = " + TapeName(stack.tape) + "\n";
   header += "dermap geometry = " + GeometryName(stack.geometry) + "\n";

@@ -100,6 +100,7 @@ ReflectanceStack ReadExrStack(const std::filesystem::path& path) {
   ReflectanceStack stack =
       AssembleStack(file, std::move(planes), std::move(valid), ReadConditions(file, image));
   ReadNoiseCorrelation(file, image, stack);
+  ReadSharedError(file, image, stack);
   ReadNotes(image, stack);
   return stack;
 }
@@ -113,6 +114,7 @@ void WriteExrStack(const std::filesystem::path& path, const ReflectanceStack& st
   WriteConditions(ConditionsOf(stack), image);  // after the notes: no note can pass for one of these
   WriteWidths(stack.bands, image);
   WriteNoiseCorrelation(stack, image);
+  WriteSharedError(stack, image);
   for (std::size_t i = 0; i < stack.bands.size(); ++i) {
     const double wavelength_nm = stack.bands[i].wavelength_nm;
     image.planes.emplace_back(SpectralChannelName("T", wavelength_nm), stack.reflectance[i]);

@@ -65,6 +65,20 @@ TEST(PrepareStack, MissingPixelSizeNamesTheOption) {
 }
 
 // A stack without one number cannot be fitted; one number is enough for one parameter.
+// docs/formats.md: what is asked for, else the stack's own, else a thousandth.
+TEST(PrepareStack, SharedErrorIsAskedForOrTheStacksOrTheDefault) {
+  ReflectanceStack stack = GrayStack(8);
+  FitOptions options;
+  std::vector<std::string> decisions;
+  EXPECT_EQ(PrepareStack(stack, options, 5, decisions).shared_error, kSharedError);
+  EXPECT_THAT(decisions, testing::Not(Contains(HasSubstr("as the stack says"))));
+  stack.shared_error = 0.0;
+  EXPECT_EQ(PrepareStack(stack, options, 5, decisions).shared_error, 0.0);
+  EXPECT_THAT(decisions, Contains(HasSubstr("as the stack says")));
+  options.shared_error = 0.02;
+  EXPECT_EQ(PrepareStack(stack, options, 5, decisions).shared_error, 0.02);
+}
+
 TEST(PrepareStack, AllMissingIsAnError) {
   ReflectanceStack stack = GrayStack(2, kNaN);
   EXPECT_THAT(MessageOf([&] { Prepare(stack); }), HasSubstr("no usable datum"));

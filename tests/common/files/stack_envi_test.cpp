@@ -152,6 +152,7 @@ TEST_F(StackEnviTest, ComesBackAsWritten) {
   written.valid = PlaneF(5, 4, 1.0f);
   written.valid(3, 2) = 0.0f;
   written.pixel_size_mm = 0.029296875;
+  written.shared_error = 0.002;
   written.illumination = Illumination::kUniform;
   written.noise_correlation_x = {0.4f, -0.05f};
   written.noise_correlation_y = {0.3f};
@@ -170,6 +171,7 @@ TEST_F(StackEnviTest, ComesBackAsWritten) {
   EXPECT_EQ(read.valid(3, 2), 0.0f);
   EXPECT_EQ(read.valid(2, 3), 1.0f);
   EXPECT_EQ(read.pixel_size_mm, 0.029296875);
+  EXPECT_EQ(read.shared_error, 0.002);
   EXPECT_EQ(read.illumination, Illumination::kUniform);
   EXPECT_EQ(read.noise_correlation_x, written.noise_correlation_x);
   EXPECT_EQ(read.noise_correlation_y, written.noise_correlation_y);

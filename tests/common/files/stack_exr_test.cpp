@@ -41,6 +41,7 @@ ReflectanceStack MakeStack() {
   stack.illumination = Illumination::kUniform;
   stack.tape = Tape::kBlack;
   stack.geometry = Geometry::kFactor0_30;
+  stack.shared_error = 0.0;
   stack.noise_correlation_x = {0.4f, -0.05f};
   stack.noise_correlation_y = {0.25f};
   stack.notes["subject"] = "S01 \"é\"";
@@ -86,6 +87,7 @@ TEST_F(StackExrTest, ComesBackAsWritten) {
     ExpectSamePlane(read.sigma[i], written.sigma[i]);
   }
   ExpectSamePlane(read.valid, written.valid);
+  EXPECT_EQ(read.shared_error, 0.0);
   EXPECT_EQ(read.pixel_size_mm, 0.1);
   EXPECT_EQ(read.illumination, Illumination::kUniform);
   EXPECT_EQ(read.tape, Tape::kBlack);
@@ -156,6 +158,7 @@ TEST_F(StackExrTest, TakesDefaultsWhereTheFileSaysNothing) {
   EXPECT_EQ(stack.bands.size(), 1u);
   EXPECT_EQ(stack.bands[0].fwhm_nm, 0.0);
   EXPECT_FALSE(stack.pixel_size_mm);
+  EXPECT_FALSE(stack.shared_error);
   EXPECT_EQ(stack.illumination, Illumination::kWindow);
   EXPECT_EQ(stack.tape, Tape::kFree);
   EXPECT_EQ(stack.geometry, Geometry::kHemispherical);
@@ -234,6 +237,9 @@ TEST_F(StackExrTest, RejectsAttributesThatCannotBe) {
   EXPECT_THAT(SentenceFor(OneBand().Float("dermap:pixelSizeMm", 0).Build()), HasSubstr("0.0001 to 100"));
   EXPECT_THAT(SentenceFor(OneBand().Float("dermap:pixelSizeMm", NAN).Build()), HasSubstr("0.0001 to 100"));
   EXPECT_THAT(SentenceFor(OneBand().Text("dermap:pixelSizeMm", "0.03").Build()), HasSubstr("not a number"));
+  EXPECT_THAT(SentenceFor(OneBand().Float("dermap:sharedError", NAN).Build()), HasSubstr("0 to 0.1"));
+  EXPECT_THAT(SentenceFor(OneBand().Float("dermap:sharedError", 0.2f).Build()), HasSubstr("0 to 0.1"));
+  EXPECT_THAT(SentenceFor(OneBand().Text("dermap:sharedError", "0").Build()), HasSubstr("not a number"));
   EXPECT_THAT(SentenceFor(OneBand().Floats("dermap:fwhmNm", {10, 10}).Build()),
               HasSubstr("has 2 values; expected 1"));
   EXPECT_THAT(SentenceFor(OneBand().Floats("dermap:fwhmNm", {-1}).Build()), HasSubstr("width of -1 nm"));
