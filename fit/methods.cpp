@@ -113,7 +113,8 @@ void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMake
   if (fast_log.Stopped()) return;
   SayWhatWasFound(fast, data, log);
   outcome.scatter = fast.detail.scatter[0];
-  const ParameterMaps sigma = StandardDeviations(problem, outcome.state);
+  // At the fast fit's maps: where a pixel's own noise has moved its blood, it would move its sigma too.
+  const ParameterMaps sigma = StandardDeviations(problem, fast.state);
   for (int j = 0; j < space.count(); ++j) {
     const Parameter p = space.parameter(j);
     const PlaneF &here = outcome.state.maps.Unknown(p), &there = fast.state.maps.Unknown(p);

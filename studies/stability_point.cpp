@@ -51,14 +51,25 @@ void CountFlags(std::uint32_t flags, bool told, Tally& tally) {
   for (std::size_t bit = 0; bit < tally.flags.size(); ++bit) tally.flags[bit] += flags >> bit & 1u;
 }
 
-void Count(const StabilityCase& made, const ForwardModel& model, const FitResult& fit, Tally& tally) {
+// NaN where there is no datum.
+std::vector<PlaneF> NoiseOfData(const ReflectanceStack& stack) {
+  std::vector<PlaneF> noise = stack.sigma;
+  for (std::size_t b = 0; b < noise.size(); ++b)
+    for (std::size_t i = 0; i < noise[b].size(); ++i)
+      if (std::isnan(stack.reflectance[b].data()[i]))
+        noise[b].data()[i] = std::numeric_limits<float>::quiet_NaN();
+  return noise;
+}
+
+void Count(const StabilityCase& made, const ForwardModel& model, const std::vector<PlaneF>& noise,
+           const FitResult& fit, Tally& tally) {
   for (int k = 0; k < kParameterCount; ++k)
     tally.parameters[k].free &=
         std::count(fit.free_parameters.begin(), fit.free_parameters.end(), static_cast<Parameter>(k)) > 0;
   for (std::size_t i = 0; i < fit.flags.size(); ++i) {
     const std::uint32_t flags = fit.flags.data()[i];
     if ((!made.judged.empty() && !made.judged[i]) || flags & kFlagSaturated) continue;
-    const ParameterVector bound = PixelNoiseBound(model, made.truth, made.stack.sigma, i);
+    const ParameterVector bound = PixelNoiseBound(model, made.truth, noise, i);
     CountFlags(flags, IsSurelyTold(bound, model.band_count()), tally);
     for (int k = 0; k < kParameterCount; ++k) {
       const double error = std::abs(double(fit.maps.planes[k].data()[i]) - made.truth.planes[k].data()[i]);
@@ -102,14 +113,15 @@ StabilityPoint MeasurePoint(const Sweep& sweep, FitMethod method, double value, 
   for (int n = 0; n < noises; ++n) {
     StabilityCase made = sweep.make(value, seed + n);
     const ForwardModel model = bench.ModelFor(made.stack, made.tissue);
-    const ParameterVector bound = NoiseBound(model, made.truth, made.stack.sigma);
+    const std::vector<PlaneF> noise = NoiseOfData(made.stack);
+    const ParameterVector bound = NoiseBound(model, made.truth, noise);
     for (int k = 0; k < kParameterCount; ++k) tally.parameters[k].bounds.push_back(bound[k]);
     made.options.method = method;
     made.options.time_budget_s = 1e6;
     made.options.size = std::max(made.stack.width(), made.stack.height());
     try {
       const FitResult fit = FitStack(made.stack, made.options, bench.chromophores());
-      Count(made, model, fit, tally);
+      Count(made, model, noise, fit, tally);
       point.converged &= fit.converged;
       point.chi2 += fit.chi2 / noises;
       point.seconds += fit.seconds;
