@@ -79,7 +79,6 @@ def main():
         print("skipped: no chromium here")
         return 77
     dermap, make_inputs, root = (os.path.realpath(path) for path in sys.argv[1:4])
-    sys.path.insert(0, os.path.join(root, "tests/acquire/page"))
     import browser
     with tempfile.TemporaryDirectory() as folder:
         chromium = browser.Browser(program)
