@@ -26,8 +26,8 @@ enum FitFlag : std::uint32_t {
   kFlagOutsideValidity = 16,  // reflectance outside what the model can produce
   kFlagUnexplained = 32,  // residuals widened a sigma to kUnexplainedWidening times what noise alone leaves
 };
+// By bit.
 inline constexpr std::array<const char*, 6> kFitFlagNames{
-    // by bit
     "at a bound", "masked", "not converged", "not identifiable", "outside the model", "unexplained"};
 
 inline constexpr double kIdentifiable = 0.5;  // of range / sqrt(12), the sigma of a range alone

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sections in words and figures: headline, convergence, flags, decisions, how to read the page.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <cstdio>
 #include <iterator>
@@ -14,7 +15,7 @@ namespace {
 
 struct FlagInfo {
   FitFlag flag;
-  const char* name;
+  const char* name() const { return kFitFlagNames[std::countr_zero(static_cast<std::uint32_t>(flag))]; }
   const char* meaning;
   Rgb8 colour;  // Okabe and Ito's, which colour-blind people tell apart
 };
@@ -22,21 +23,15 @@ struct FlagInfo {
 // The first that a pixel has gives its colour in the map.
 constexpr FlagInfo kFlags[] = {
     {kFlagSaturated,
-     "masked",
      "saturated, dead or outside the valid area; its parameters are its neighbours' mean",
      {230, 159, 0}},
-    {kFlagOutsideValidity, "outside the model", "a reflectance that the model cannot produce", {213, 94, 0}},
-    {kFlagNotConverged, "not converged", "the pixel's own residual is far above its noise", {204, 121, 167}},
+    {kFlagOutsideValidity, "a reflectance that the model cannot produce", {213, 94, 0}},
+    {kFlagNotConverged, "the pixel's own residual is far above its noise", {204, 121, 167}},
     {kFlagUnexplained,
-     "unexplained",
      "the data contradict the model by far more than their noise; how far the maps are off is a guess",
      {240, 228, 66}},
-    {kFlagAtBound,
-     "at a bound",
-     "a free parameter ended at the lower or upper end of its range",
-     {0, 114, 178}},
+    {kFlagAtBound, "a free parameter ended at the lower or upper end of its range", {0, 114, 178}},
     {kFlagNotIdentifiable,
-     "not identifiable",
      "the error bar of a free parameter is more than half as wide as its range alone says: the data hardly "
      "tell",
      {86, 180, 233}},
@@ -182,11 +177,11 @@ std::string FlagsSection(const ReportContext& context) {
   for (const FlagInfo& info : kFlags) {
     const auto only = FlagPicture(
         flags, [&](std::uint32_t value) { return (value & info.flag) != 0 ? info.colour : kNoFlag; });
-    rows.push_back(
-        {"<div class=\"flag\">" + ImageTag(only, info.name) + "</div>",
-         "<span class=\"key\" style=\"background:" + Hex(info.colour) + "\"></span><b>" + info.name + "</b>",
-         "<span class=\"nowrap\">" + Percent(SharePixels(flags, info.flag), 3) + "</span>",
-         EscapeHtml(info.meaning)});
+    rows.push_back({"<div class=\"flag\">" + ImageTag(only, info.name()) + "</div>",
+                    "<span class=\"key\" style=\"background:" + Hex(info.colour) + "\"></span><b>" +
+                        info.name() + "</b>",
+                    "<span class=\"nowrap\">" + Percent(SharePixels(flags, info.flag), 3) + "</span>",
+                    EscapeHtml(info.meaning)});
   }
   const std::string map = "<figure><figcaption><b>All flags</b></figcaption>" +
                           ImageTag(composite, "all flags") +

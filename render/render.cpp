@@ -160,7 +160,8 @@ RenderResult RenderMaps(const MapsFile& file, const RenderOptions& options, cons
   result.image.illumination = conditions.illumination;
   result.image.tape = conditions.tape;
   result.image.geometry = conditions.geometry;
-  result.image.shared_error = 0.0;  // a fit by the same tables has no error of calibration to fear
+  // A fit by the same tables, the default's, has no error of calibration or tables to fear.
+  if (options.profiles == RenderOptions{}.profiles) result.image.shared_error = 0.0;
   result.image.notes = {{"light", light.description}, {"profiles", options.profiles}};
   if (!edits.empty()) result.image.notes["edits"] = JoinedEdits(options.edits);
 

@@ -53,7 +53,8 @@ void Relate(const StabilityPoint& harmless, StabilityPoint& point);
 
 // The limits of the issue of silence: below the first, or above the second, intervals lie.
 inline constexpr double kCovered = 0.90, kMedianError_sigma = 2.0;
-// Of the limit, in sigma: a fit evaluates its sigma at maps that noise has moved, by a third more or less.
+// Of the limit, in sigma. Sigma also holds what all pixels share and that priors are estimates: on honest
+// skin the median pixel of `descent` has 1.1 to 1.3 times its bound (these sweeps), single ones more.
 inline constexpr double kSurelyTold = 0.6;
 inline constexpr double kFlaggedInside = 0.05;  // of the pixels, where a fit is still right
 

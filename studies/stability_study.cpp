@@ -13,6 +13,7 @@
 namespace dermap {
 namespace {
 
+constexpr int kRecordVersion = 2;  // of a point in the journal: what it holds and how it was counted
 constexpr double kMostFlagged = 0.5;
 constexpr int kNoises = 3;  // of a point: one draw of an error that all pixels share tells little
 
@@ -118,7 +119,8 @@ StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const Stab
   StabilityStudy study;
   study.options = options;
   study.machine = MachineName();
-  const nlohmann::json settings{{"study", "stability"}, {"quick", options.quick}, {"seed", options.seed}};
+  const nlohmann::json settings{
+      {"study", "stability"}, {"version", kRecordVersion}, {"quick", options.quick}, {"seed", options.seed}};
   for (const nlohmann::json& record : RunPoints(folder, "stability", settings, plan, progress).records)
     study.points.push_back(StabilityPointFromJson(record));
   for (const Sweep& sweep : sweeps) {

@@ -42,6 +42,12 @@ void ExpectSame(const BayerFrame& frame, const Plane<std::uint16_t>& photosites)
 
 using Colours = std::array<char, kLatticeCount>;
 
+void ExpectLevels(const BayerFrame& frame, const Colours& colours, double black, int white) {
+  EXPECT_EQ(frame.colours, colours);
+  EXPECT_EQ(frame.black_level, black);
+  EXPECT_EQ(frame.white_level, white);
+}
+
 // The values written; a black level of each colour, of which the frame states the mean: (600 + ... + 606)
 // / 4.
 TEST_F(RawFormats, NefOf14Bits) {
@@ -50,9 +56,7 @@ TEST_F(RawFormats, NefOf14Bits) {
       "a.nef",
       EncodeNef(photosites, {"NIKON CORPORATION", "NIKON D9999", 14, {1, 2, 0, 1}, {600, 602, 604, 606}, 6}));
   ExpectSame(frame, photosites);
-  EXPECT_EQ(frame.colours, (Colours{'G', 'B', 'R', 'G'}));
-  EXPECT_EQ(frame.black_level, 603.0);
-  EXPECT_EQ(frame.white_level, 16383);
+  ExpectLevels(frame, {'G', 'B', 'R', 'G'}, 603.0, 16383);
 }
 
 // Nikon states black levels in steps of 14 bits: 600 are 150 of 12 bits.
@@ -62,9 +66,7 @@ TEST_F(RawFormats, NefOf12BitsPacked) {
       "a.nef",
       EncodeNef(photosites, {"NIKON CORPORATION", "NIKON D9999", 12, {0, 1, 1, 2}, {600, 600, 600, 600}}));
   ExpectSame(frame, photosites);
-  EXPECT_EQ(frame.colours, (Colours{'R', 'G', 'G', 'B'}));
-  EXPECT_EQ(frame.black_level, 150.0);
-  EXPECT_EQ(frame.white_level, 4095);
+  ExpectLevels(frame, {'R', 'G', 'G', 'B'}, 150.0, 4095);
 }
 
 TEST_F(RawFormats, ArwInEachPhaseOfTheFilters) {
@@ -77,9 +79,7 @@ TEST_F(RawFormats, ArwInEachPhaseOfTheFilters) {
     const BayerFrame frame =
         Read("a.arw", EncodeArw(photosites, {"SONY", "ILCE-9999", 14, phases[i], {512, 512, 512, 512}}));
     ExpectSame(frame, photosites);
-    EXPECT_EQ(frame.colours, expected[i]);
-    EXPECT_EQ(frame.black_level, 512.0);
-    EXPECT_EQ(frame.white_level, 16383);
+    ExpectLevels(frame, expected[i], 512.0, 16383);
   }
 }
 

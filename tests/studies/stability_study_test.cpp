@@ -59,6 +59,23 @@ TEST(StabilityPoint, SaysWhatTheProgramDid) {
   EXPECT_EQ(Response(point), "refused");
 }
 
+// A pixel that is flagged has at least one flag. Freckled skin in eight bands without a fault is told; what
+// lies beyond table 1 is flagged.
+void ExpectFlagsAddUp(const StabilityStudy& study) {
+  for (const StabilityPoint& p : study.points) {
+    double sum = 0.0, most = 0.0;
+    for (const auto& [name, share] : p.flags) sum += share, most = std::max(most, share);
+    EXPECT_LE(most, p.flagged + 1e-12) << p.sweep << " " << p.value;
+    EXPECT_GE(sum, p.flagged - 1e-12) << p.sweep << " " << p.value;
+    if (p.sweep == "drift" && p.value == 0.0) {
+      EXPECT_LE(p.told_flagged, kFlaggedInside);
+    }
+    if (p.sweep == "melanin" && p.value == 1.0) {
+      EXPECT_GT(p.flagged, 0.5);
+    }
+  }
+}
+
 // Source of the truths: adding-doubling for the skins; the forward model at its most exact for the others.
 // Whatever these sweeps do, the fit must not be silently wrong, nor flag what is right but where said.
 TEST(StabilityStudy, FastIsNeverSilentlyWrongHere) {
@@ -71,6 +88,7 @@ TEST(StabilityStudy, FastIsNeverSilentlyWrongHere) {
   EXPECT_TRUE(study.silently_wrong.empty());
   for (const std::size_t i : study.flagged_inside)
     ADD_FAILURE() << study.points[i].sweep << " " << study.points[i].value << " is right, yet flagged";
+  ExpectFlagsAddUp(study);
   int edges = 0;
   for (const StabilityEdge& edge : study.edges) edges += edge.found;
   EXPECT_GE(edges, 3);  // or it could not tell: melanin beyond table 1, drift, displaced bands
@@ -90,6 +108,15 @@ TEST(StabilityStudy, FastIsNeverSilentlyWrongHere) {
   ASSERT_EQ(resumed.points.size(), study.points.size());
   for (std::size_t i = 0; i < study.points.size(); ++i)
     EXPECT_EQ(resumed.points[i].excess, study.points[i].excess) << i;
+}
+
+// Points that were counted otherwise are not mixed with these.
+TEST(StabilityStudy, RefusesAJournalOfAnotherVersion) {
+  const TemporaryFolder folder;
+  std::ofstream(folder.path() / "stability.journal.jsonl")
+      << R"({"settings":{"quick":true,"seed":1,"study":"stability"}})" << '\n';
+  EXPECT_THROW(RunStabilityStudy(folder.path(), {.quick = true, .sweeps = {"melanin"}, .methods = {}}, {}),
+               InputError);
 }
 
 TEST(StabilityStudy, NamesTheSweepsThatItKnows) {

@@ -4,33 +4,25 @@
 # page_in_browser.mjs. Ends with 77 (skipped) where there is no Chromium or no Playwright.
 # Usage: page_test.py DERMAP EMULATOR [PICTURES_FOLDER]
 import os
-import shutil
 import subprocess
 import sys
 import tempfile
 
 HERE = os.path.dirname(os.path.abspath(__file__))
-sys.path.insert(0, HERE + "/..")
+sys.path[:0] = [HERE + "/..", HERE + "/../.."]
+import in_browser
 from small_station import ServedStation, write_station
-
-
-def missing():
-    """What the test needs and does not find here."""
-    programs = [name for name in ("chromium", "node") if shutil.which(name) is None]
-    return programs + ([] if os.path.isdir(HERE + "/node_modules/playwright-core") else ["playwright-core"])
 
 
 def main():
     dermap, emulator, *pictures = sys.argv[1:]
-    if missing():
-        print("skipped: no %s here; remedy: scripts/setup" % ", no ".join(missing()))
-        return 77
+    if in_browser.is_missing():
+        return in_browser.SKIPPED
     with tempfile.TemporaryDirectory() as folder:
         write_station(folder, "starlight", enlarged=3)
         station = ServedStation(dermap, emulator, folder, ["full@3:0"])  # its operator is the page
         try:
-            subprocess.run(["node", HERE + "/page_in_browser.mjs", "http://127.0.0.1:%d/" % station.port,
-                            shutil.which("chromium"), *pictures], check=True)
+            in_browser.run(HERE + "/page_in_browser.mjs", "http://127.0.0.1:%d/" % station.port, *pictures)
         finally:
             station.close()
         for name in ("one", "two"):
