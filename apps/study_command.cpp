@@ -20,6 +20,7 @@
 #include "studies/sharpness_study.h"
 #include "studies/stability_study.h"
 #include "studies/tradeoff_study.h"
+#include "studies/truth_study.h"
 #include "studies/verdict.h"
 
 namespace dermap {
@@ -171,6 +172,25 @@ int RunStabilityStudyCommand(int argc, char** argv) {
                    {{"--sweep", &Request::sweeps}, {"--method", &Request::methods}});
 }
 
+int RunTruthStudyCommand(int argc, char** argv) {
+  return RunJudged(
+      argc, argv, "truth",
+      "The default fit on skin that is known: errors over Cramer-Rao's bound, coverage of error bars, and "
+      "whether the choice of what is free pays.",
+      "{csv,json,svg,html}", [](const Request& request, const ProgressFunction& progress) {
+        const TruthStudy study =
+            RunTruthStudy(request.folder, {.quick = request.quick, .seed = request.seed}, progress);
+        WriteTruthStudy(request.folder, study);
+        std::string text;
+        for (const TruthPoint& p : study.points)
+          if (p.free == "auto")
+            text += fmt::format("{:15} {:3} pixels: free {}; errors {:.2f} of all free, {:.2f} of five\n",
+                                p.scene, p.size, p.chosen, ErrorRatio(study, p, "all"),
+                                ErrorRatio(study, p, "paper"));
+        return Judged{study.verdicts, text, request.folder / "truth.html"};
+      });
+}
+
 struct Study {
   std::string_view name, summary;
   int (*run)(int argc, char** argv);
@@ -185,6 +205,8 @@ constexpr std::array kStudies{
           RunLadderStudyCommand},
     Study{"stability", "where each method of fitting breaks, and whether it says so",
           RunStabilityStudyCommand},
+    Study{"truth", "how near the fit comes to known skin, and whether its error bars are right",
+          RunTruthStudyCommand},
     Study{"calibration", "how right the calibration is, on random rigs of the optical bench",
           RunCalibrationStudyCommand},
 };
