@@ -100,7 +100,7 @@ class CoarseToFine {
     const Candidate& chosen = outcome_.candidates.front();
     outcome_.free = chosen.free;
     outcome_.fixed = FixedBy(chosen, outcome_.fixed);
-    variance_.HoldFixed(problem, outcome_.state, outcome_.detail, outcome_.free, outcome_.fixed, first,
+    variance_.HoldFixed(problem, outcome_.state, outcome_.detail, outcome_.candidates, outcome_.fixed, first,
                         !LacksBands(outcome_.candidates, data.band_count()));
     const ParameterSpace space(outcome_.free);
     KeepFree(problem.space(), space, outcome_.detail);

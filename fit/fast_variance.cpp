@@ -11,16 +11,29 @@ namespace {
 
 constexpr double kUnevenness = 0.15;
 constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
+constexpr double kNoEvidence = 1e3;   // log, of a kind of set that was not weighed
 constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
 
 bool Holds(const std::vector<Parameter>& free, Parameter p) {
   return std::count(free.begin(), free.end(), p) > 0;
 }
 
+// Skin either has ink or has none: by the evidence for ink that the junction was given up in spite of.
+double ProbabilityOfInk(const std::vector<Candidate>& candidates) {
+  double with = -kNoEvidence, without = -kNoEvidence;
+  for (const Candidate& candidate : candidates) {
+    double& best = Holds(candidate.free, Parameter::kJunctionAbsorbance) ? with : without;
+    best = std::max(best, candidate.log_evidence);
+  }
+  return 1.0 / (1.0 + std::exp(without - with));
+}
+
 // What is not free differs from its fixed value about as much as the fit with all free found: the evidence
-// says that this is little, not that it is nothing.
-void TakeFixedAsFound(const PatchProblem& problem, const FitState& state, const std::vector<Parameter>& free,
-                      const SkinPoint& fixed, FreeVector& mean_variance) {
+// says that this is little, not that it is nothing. Of ink that is as likely as there is any.
+void TakeFixedAsFound(const PatchProblem& problem, const FitState& state,
+                      const std::vector<Candidate>& candidates, const SkinPoint& fixed,
+                      std::vector<FreeVector>& prior) {
+  const std::vector<Parameter>& free = candidates.front().free;
   const ParameterSpace& space = problem.space();
   for (int j = 0; j < space.count(); ++j) {
     if (Holds(free, space.parameter(j))) continue;
@@ -30,16 +43,21 @@ void TakeFixedAsFound(const PatchProblem& problem, const FitState& state, const 
     const double offset =
         (sum / static_cast<double>(plane.size()) - fixed[static_cast<int>(space.parameter(j))]) /
         space.scale(j);
-    mean_variance[j] = std::max(offset * offset, kNoOffset * kNoOffset);
+    const bool ink = space.parameter(j) == Parameter::kJunctionAbsorbance;
+    const double probability = ink ? ProbabilityOfInk(candidates) : 1.0;
+    for (FreeVector& octave : prior) octave[j] *= probability;
+    prior.back()[j] = std::max(probability * offset * offset, kNoOffset * kNoOffset);
   }
 }
 
 // No skin is as even as a map of one value: what is present but not free varies by kUnevenness of its value,
-// in all octaves together, even where the data are silent about it.
+// in all octaves together, even where the data are silent about it. The junction without ink is no content of
+// skin but a constant of the model.
 void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome, std::span<FreeVector> prior) {
   const auto octaves = static_cast<double>(prior.size() - 1);
   for (int j = 0; j < space.count(); ++j) {
-    if (Holds(outcome.free, space.parameter(j))) continue;
+    const Parameter p = space.parameter(j);
+    if (Holds(outcome.free, p) || p == Parameter::kJunctionAbsorbance) continue;
     const double value = outcome.fixed[static_cast<int>(space.parameter(j))] / space.scale(j);
     for (std::size_t octave = 0; octave + 1 < prior.size(); ++octave)
       prior[octave][j] = std::max(prior[octave][j], std::pow(kUnevenness * value, 2) / octaves);
@@ -49,11 +67,11 @@ void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome, s
 }  // namespace
 
 void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
-                             const std::vector<Parameter>& free, const SkinPoint& fixed, int octave,
+                             const std::vector<Candidate>& candidates, const SkinPoint& fixed, int octave,
                              bool found) {
   seen_from_ = octave;
   detail_ = detail;
-  if (found) TakeFixedAsFound(problem, state, free, fixed, detail_->prior.back());
+  if (found) TakeFixedAsFound(problem, state, candidates, fixed, detail_->prior);
 }
 
 DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) const {

@@ -12,10 +12,10 @@ namespace dermap {
 
 class FastVariance {
  public:
-  // At the coarsest size, with a state in which all unknowns are free and what was then chosen. `detail`: of
+  // At the coarsest size, with a state in which all unknowns are free and what was then weighed. `detail`: of
   // all unknowns. `found`: whether what that fit found of the others says how far they may be off.
   void HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
-                 const std::vector<Parameter>& free, const SkinPoint& fixed, int octave, bool found);
+                 const std::vector<Candidate>& candidates, const SkinPoint& fixed, int octave, bool found);
 
   bool IsAnyHeld(const FastOutcome& outcome) const {
     return detail_ && outcome.free.size() < static_cast<std::size_t>(kUnknownCount);

@@ -28,11 +28,38 @@ struct OctaveEvidence {
   double share = 1;  // of the pixels' dimensions that details span
 };
 
+constexpr double kEvidenceToGiveUp = 1.0;  // log: what is told must be as good as known
+constexpr double kToldVariance = 0.1;      // of the prior's, of a patch's mean: below, the data tell it
+constexpr int kVarianceIterations = 12;
+constexpr double kLeastVariance = 1e-9;  // scaled units
+
 // Where each unknown stands.
 struct Status {
   std::vector<char> free, absent;  // by free parameter of the problem
   int free_count() const { return static_cast<int>(std::count(free.begin(), free.end(), 1)); }
 };
+
+// MacKay's fixed point, as Update (fit/detail_model.h) without its guess: sets of parameters are compared at
+// the variances that make the data likeliest, or a parameter would be given up for what was guessed of it.
+// Not the junction's: ink that is hardly there is no tattoo but an error of the model.
+void TakeLikeliestVariance(const ParameterSpace& space, OctaveEvidence& octave) {
+  const int count = static_cast<int>(octave.variance.size());
+  for (int iteration = 0; iteration < kVarianceIterations; ++iteration) {
+    Vector squares = Vector::Zero(count), determined = Vector::Zero(count);
+    for (const PixelEvidence& pixel : octave.pixels) {
+      Matrix precision = pixel.normal;
+      for (int j = 0; j < count; ++j) precision(j, j) += 1.0 / octave.variance[j];
+      const Matrix covariance = Eigen::LLT<Matrix>(precision).solve(Matrix::Identity(count, count));
+      const Vector detail = covariance * pixel.asked;
+      squares += detail.cwiseAbs2();
+      for (int j = 0; j < count; ++j) determined[j] += 1.0 - covariance(j, j) / octave.variance[j];
+    }
+    for (int j = 0; j < count; ++j)
+      if (space.parameter(j) != Parameter::kJunctionAbsorbance)
+        octave.variance[j] =
+            std::max(squares[j] / (octave.share * std::max(determined[j], 1e-6)), kLeastVariance);
+  }
+}
 
 std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState& state,
                                     const DetailView& detail, const SkinPoint& fixed) {
@@ -62,6 +89,7 @@ std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState&
       }
       pixel.asked = pixel.normal * estimate + estimate.cwiseQuotient(octave.variance);
     }
+    if (!top) TakeLikeliestVariance(problem.space(), octave);
   }
   return octaves;
 }
@@ -99,6 +127,35 @@ double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& sta
     }
   }
   return sum;
+}
+
+// One unknown less.
+struct Removal {
+  Status status;
+  double evidence = 0.0, margin = 0.0;  // the second: over what is asked for
+  std::size_t index = 0;                // of the candidate
+};
+
+// What giving an unknown up must gain in evidence. Where evidence is even, a value that is wrong does more
+// harm to the others than a free one does; of what the data do not tell even the patch's mean there is
+// nothing to lose.
+std::vector<double> AskedToGiveUp(const OctaveEvidence& mean, const Status& status) {
+  const Matrix& normal = mean.pixels.front().normal;
+  std::vector<int> free;
+  for (std::size_t j = 0; j < status.free.size(); ++j)
+    if (status.free[j]) free.push_back(static_cast<int>(j));
+  const int count = static_cast<int>(free.size());
+  Matrix precision(count, count);
+  for (int a = 0; a < count; ++a) {
+    for (int b = 0; b < count; ++b) precision(a, b) = normal(free[a], free[b]);
+    precision(a, a) += 1.0 / mean.variance[free[a]];
+  }
+  const Matrix covariance = Eigen::LLT<Matrix>(precision).solve(Matrix::Identity(count, count));
+  std::vector<double> asked(status.free.size(), 0.0);
+  for (int a = 0; a < count; ++a)
+    asked[free[a]] =
+        covariance(a, a) < kToldVariance * mean.variance[free[a]] ? kEvidenceToGiveUp : -kEvidenceForOne;
+  return asked;
 }
 
 // Before anything is seen, most skin has no tattoo: logarithm of the odds.
@@ -144,25 +201,25 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
   std::vector<Candidate> seen{CandidateOf(space, status, evidence)};
   std::size_t chosen = 0;
   while (status.free_count() > 1) {
-    std::optional<std::pair<double, Status>> best;
+    std::optional<Removal> best;
+    const std::vector<double> asked = AskedToGiveUp(octaves.back(), status);
     for (int j = 0; j < space.count(); ++j) {
       if (!status.free[j] || space.parameter(j) == Parameter::kC_m) continue;
       for (int absent = 0; absent <= (MayBeAbsent(space.parameter(j)) ? 1 : 0); ++absent) {
-        Status trial = status;
-        trial.free[j] = 0;
-        trial.absent[j] = static_cast<char>(absent);
-        const double trial_evidence = LogOdds(octaves, trial, space);
-        seen.push_back(CandidateOf(space, trial, trial_evidence));
-        if (!best || trial_evidence > best->first) best = {trial_evidence, trial};
+        Removal removal{status};
+        removal.status.free[j] = 0;
+        removal.status.absent[j] = static_cast<char>(absent);
+        removal.evidence = LogOdds(octaves, removal.status, space);
+        removal.margin = removal.evidence - evidence - asked[j];
+        removal.index = seen.size();
+        seen.push_back(CandidateOf(space, removal.status, removal.evidence));
+        if (!best || removal.margin > best->margin) best = removal;
       }
     }
-    if (!best) break;
-    const bool enough = status.free_count() <= most;
-    if (enough && best->first < evidence - kEvidenceForOne) break;
-    status = best->second;
-    evidence = best->first;
-    for (std::size_t k = 0; k < seen.size(); ++k)
-      if (seen[k].log_evidence == evidence) chosen = k;
+    if (!best || (status.free_count() <= most && best->margin < 0.0)) break;
+    status = best->status;
+    evidence = best->evidence;
+    chosen = best->index;
   }
   std::swap(seen[0], seen[chosen]);
   std::stable_sort(seen.begin() + 1, seen.end(),

@@ -17,8 +17,9 @@ std::vector<Parameter> AllUnknowns();
 // the linear model with its Gaussian priors, where it can be had exactly for any set without another fit: for
 // each octave and pixel, with N the normal matrix, b what the data ask for and S the prior's variances,
 // (b' (N + 1/S)^-1 b - ln det(1 + S N)) / 2. Unknowns are given up one after the other, the least missed
-// first, while that costs no more than kEvidenceForOne, or while there are more than `most`; melanin, which
-// all skin has, stays free. Returns the sets that were looked at, best evidence first within the path taken;
+// first: where the data tell the patch's mean while evidence is gained, where they do not while it costs no
+// more than kEvidenceForOne, and anyhow while there are more than `most`; melanin, which all skin has, stays
+// free. Returns the sets that were looked at, best evidence first within the path taken;
 // the chosen one is the first.
 std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitState& state,
                                         const DetailView& detail, const SkinPoint& fixed, int most);
