@@ -11,6 +11,7 @@ namespace {
 
 constexpr double kUnevenness = 0.15;
 constexpr double kNoOffset = 1e-3;    // scaled units: least that what is fixed may be off
+constexpr double kSmallest = 1e-12;   // variance, scaled units
 constexpr double kNoEvidence = 1e3;   // log, of a kind of set that was not weighed
 constexpr double kMuchScatter = 4.0;  // of residuals over noise, variances
 
@@ -45,8 +46,8 @@ void TakeFixedAsFound(const PatchProblem& problem, const FitState& state,
         space.scale(j);
     const bool ink = space.parameter(j) == Parameter::kJunctionAbsorbance;
     const double probability = ink ? ProbabilityOfInk(candidates) : 1.0;
-    for (FreeVector& octave : prior) octave[j] *= probability;
-    prior.back()[j] = std::max(probability * offset * offset, kNoOffset * kNoOffset);
+    prior.back()[j] = std::max(offset * offset, kNoOffset * kNoOffset);
+    for (FreeVector& octave : prior) octave[j] = std::max(probability * octave[j], kSmallest);
   }
 }
 

@@ -41,8 +41,7 @@ struct Status {
 
 // MacKay's fixed point, as Update (fit/detail_model.h) without its guess: sets of parameters are compared at
 // the variances that make the data likeliest, or a parameter would be given up for what was guessed of it.
-// Not the junction's: ink that is hardly there is no tattoo but an error of the model.
-void TakeLikeliestVariance(const ParameterSpace& space, OctaveEvidence& octave) {
+void TakeLikeliestVariance(OctaveEvidence& octave) {
   const int count = static_cast<int>(octave.variance.size());
   for (int iteration = 0; iteration < kVarianceIterations; ++iteration) {
     Vector squares = Vector::Zero(count), determined = Vector::Zero(count);
@@ -55,10 +54,19 @@ void TakeLikeliestVariance(const ParameterSpace& space, OctaveEvidence& octave) 
       for (int j = 0; j < count; ++j) determined[j] += 1.0 - covariance(j, j) / octave.variance[j];
     }
     for (int j = 0; j < count; ++j)
-      if (space.parameter(j) != Parameter::kJunctionAbsorbance)
-        octave.variance[j] =
-            std::max(squares[j] / (octave.share * std::max(determined[j], 1e-6)), kLeastVariance);
+      octave.variance[j] =
+          std::max(squares[j] / (octave.share * std::max(determined[j], 1e-6)), kLeastVariance);
   }
+}
+
+// What an octave's details have left unanswered: less what the next coarser one has.
+std::vector<PlaneF> DetailOfResidual(const std::vector<OctaveLevel>& levels, std::size_t l) {
+  std::vector<PlaneF> detail = levels[l].residual;
+  for (std::size_t b = 0; b < detail.size() && l + 1 < levels.size(); ++b) {
+    const PlaneF coarser = Double(levels[l + 1].residual[b], levels[l].shape);
+    for (std::size_t i = 0; i < detail[b].size(); ++i) detail[b].data()[i] -= coarser.data()[i];
+  }
+  return detail;
 }
 
 std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState& state,
@@ -76,20 +84,22 @@ std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState&
     for (int j = 0; j < count; ++j) octave.variance[j] = detail.prior[l][j] / octave.share;
     octave.pixels.resize(levels[l].shape.size());
     const RowMaker maker(problem, levels[l], top ? nullptr : BlurOf(detail, l), fixed);
+    const std::vector<PlaneF> residual = DetailOfResidual(levels, l);
     for (std::size_t i = 0; i < octave.pixels.size(); ++i) {
       maker.Fill(i, rows);
       PixelEvidence& pixel = octave.pixels[i];
       pixel.normal = Matrix::Zero(count, count);
-      Vector estimate(count);
+      pixel.asked = Vector::Zero(count);
+      Vector estimate(count), row(count);
       for (int j = 0; j < count; ++j) estimate[j] = levels[l].detail[j].data()[i];
       for (std::size_t b = 0; b < rows.size(); ++b) {
-        Vector row(count);
         for (int j = 0; j < count; ++j) row[j] = rows[b].blurred[j];
-        pixel.normal += levels[l].weight[b].data()[i] / noise * row * row.transpose();
+        const double weight = levels[l].weight[b].data()[i] / noise;
+        pixel.normal += weight * row * row.transpose();
+        pixel.asked += weight * residual[b].data()[i] * row;
       }
-      pixel.asked = pixel.normal * estimate + estimate.cwiseQuotient(octave.variance);
+      pixel.asked += pixel.normal * estimate;
     }
-    if (!top) TakeLikeliestVariance(problem.space(), octave);
   }
   return octaves;
 }
@@ -169,6 +179,25 @@ double LogOdds(const std::vector<OctaveEvidence>& octaves, const Status& status,
   return odds;
 }
 
+// Of ink at the junction, the last of the unknowns: at the variances that the fit has. At the likeliest ones
+// a trace of it would stand for errors of the model, and a trace is no tattoo.
+double EvidenceOfInk(const std::vector<OctaveEvidence>& octaves, const ParameterSpace& space) {
+  Status status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
+  const double with = LogOdds(octaves, status, space);
+  status.free.back() = 0;
+  return with - LogOdds(octaves, status, space);
+}
+
+// As if the data did not answer to it.
+void Forget(int unknown, std::vector<OctaveEvidence>& octaves) {
+  for (OctaveEvidence& octave : octaves)
+    for (PixelEvidence& pixel : octave.pixels) {
+      pixel.normal.row(unknown).setZero();
+      pixel.normal.col(unknown).setZero();
+      pixel.asked[unknown] = 0.0;
+    }
+}
+
 Candidate CandidateOf(const ParameterSpace& space, const Status& status, double log_evidence) {
   Candidate candidate;
   candidate.log_evidence = log_evidence;
@@ -195,22 +224,33 @@ std::vector<Parameter> AllUnknowns() {
 std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitState& state,
                                         const DetailView& detail, const SkinPoint& fixed, int most) {
   const ParameterSpace& space = problem.space();
-  const std::vector<OctaveEvidence> octaves = Collect(problem, state, detail, fixed);
+  std::vector<OctaveEvidence> octaves = Collect(problem, state, detail, fixed);
   Status status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
+  std::vector<Candidate> seen;
+  const double ink = space.HasJunction() ? EvidenceOfInk(octaves, space) : 0.0;
+  const Status all = status;
+  const int junction = space.HasJunction() ? space.count() - 1 : -1;
+  if (ink <= kEvidenceForOne && junction >= 0) {
+    status.free[junction] = 0;
+    Forget(junction, octaves);
+  }
+  for (std::size_t l = 0; l + 1 < octaves.size(); ++l) TakeLikeliestVariance(octaves[l]);
   double evidence = LogOdds(octaves, status, space);
-  std::vector<Candidate> seen{CandidateOf(space, status, evidence)};
-  std::size_t chosen = 0;
+  if (junction >= 0 && !status.free[junction]) seen.push_back(CandidateOf(space, all, evidence + ink));
+  std::size_t chosen = seen.size();
+  seen.push_back(CandidateOf(space, status, evidence));
   while (status.free_count() > 1) {
     std::optional<Removal> best;
     const std::vector<double> asked = AskedToGiveUp(octaves.back(), status);
     for (int j = 0; j < space.count(); ++j) {
       if (!status.free[j] || space.parameter(j) == Parameter::kC_m) continue;
+      if (j == junction && status.free_count() <= most) continue;  // weighed already
       for (int absent = 0; absent <= (MayBeAbsent(space.parameter(j)) ? 1 : 0); ++absent) {
         Removal removal{status};
         removal.status.free[j] = 0;
         removal.status.absent[j] = static_cast<char>(absent);
         removal.evidence = LogOdds(octaves, removal.status, space);
-        removal.margin = removal.evidence - evidence - asked[j];
+        removal.margin = removal.evidence - evidence - (absent ? -kEvidenceForOne : asked[j]);
         removal.index = seen.size();
         seen.push_back(CandidateOf(space, removal.status, removal.evidence));
         if (!best || removal.margin > best->margin) best = removal;
