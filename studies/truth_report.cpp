@@ -37,7 +37,7 @@ Chart CoverageChart(const TruthStudy& study, int size) {
   for (std::size_t k = 0; k < kUnknownCount; ++k) {
     ChartSeries series;
     series.name = NameOfUnknown(k);
-    series.colour = static_cast<int>(k) + 1;
+    series.colour = k < kParameterCount ? static_cast<int>(k) + 1 : 0;  // ink for ink
     for (std::size_t i = 0; i < kIntervals.size(); ++i) {
       double sum = 0.0, weight = 0.0;
       for (const TruthPoint& point : study.points) {
