@@ -10,6 +10,7 @@
 #include <limits>
 
 #include "common/core/error.h"
+#include "fit/copied_bands.h"
 #include "fit/fit_result.h"
 
 namespace dermap {
@@ -165,6 +166,7 @@ FitData PrepareStack(const ReflectanceStack& stack, const FitOptions& options, i
   const std::size_t pixels = data.measured[0].size();
   for (int b = 0; b < data.band_count(); ++b)
     for (std::size_t i = 0; i < pixels; ++i) PrepareDatum(stack, b, i, data, counts);
+  LeaveOutCopies(data, decisions);
   const std::size_t total = pixels * stack.bands.size();
   if (counts.missing + counts.too_bright + counts.negative == total)
     throw InputError(
