@@ -19,7 +19,7 @@ namespace {
 constexpr double kExactTolerance = 1e-5;
 constexpr int kJudgeNodes = 12;
 constexpr int kSkinsSide = 8;
-constexpr double kApart_mm = 50.0;
+constexpr double kApart_mm = 2000.0;  // at 50 mm a hundredth of the red light still comes from the neighbours
 constexpr double kVaried = 0.2;
 constexpr double kEdgePixel_mm = 0.06, kBesideEdge_mm = 1.2;
 constexpr int kWindowSide = 24;
