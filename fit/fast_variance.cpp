@@ -30,11 +30,9 @@ double ProbabilityOfInk(const std::vector<Candidate>& candidates) {
 }
 
 // What is not free differs from its fixed value about as much as the fit with all free found: the evidence
-// says that this is little, not that it is nothing. Of ink that is as likely as there is any.
-void TakeFixedAsFound(const PatchProblem& problem, const FitState& state,
-                      const std::vector<Candidate>& candidates, const SkinPoint& fixed,
-                      std::vector<FreeVector>& prior) {
-  const std::vector<Parameter>& free = candidates.front().free;
+// says that this is little, not that it is nothing.
+void TakeFixedAsFound(const PatchProblem& problem, const FitState& state, const std::vector<Parameter>& free,
+                      const SkinPoint& fixed, FreeVector& mean_variance) {
   const ParameterSpace& space = problem.space();
   for (int j = 0; j < space.count(); ++j) {
     if (Holds(free, space.parameter(j))) continue;
@@ -44,10 +42,7 @@ void TakeFixedAsFound(const PatchProblem& problem, const FitState& state,
     const double offset =
         (sum / static_cast<double>(plane.size()) - fixed[static_cast<int>(space.parameter(j))]) /
         space.scale(j);
-    const bool ink = space.parameter(j) == Parameter::kJunctionAbsorbance;
-    const double probability = ink ? ProbabilityOfInk(candidates) : 1.0;
-    prior.back()[j] = std::max(offset * offset, kNoOffset * kNoOffset);
-    for (FreeVector& octave : prior) octave[j] = std::max(probability * octave[j], kSmallest);
+    mean_variance[j] = offset * offset;
   }
 }
 
@@ -72,7 +67,18 @@ void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state,
                              bool found) {
   seen_from_ = octave;
   detail_ = detail;
-  if (found) TakeFixedAsFound(problem, state, candidates, fixed, detail_->prior);
+  ink_ = ProbabilityOfInk(candidates);
+  if (found) TakeFixedAsFound(problem, state, candidates.front().free, fixed, detail_->prior.back());
+}
+
+// Of ink that is as likely as there is any; unless something is told wrong, and with it the odds.
+void FastVariance::ThinInk(const FastOutcome& outcome, std::span<FreeVector> prior) const {
+  constexpr auto kInk = static_cast<std::size_t>(Parameter::kJunctionAbsorbance);
+  if (!Holds(outcome.free, Parameter::kJunctionAbsorbance) && !outcome.doubts.IsAny())
+    for (FreeVector& octave : prior) octave[kInk] = std::max(ink_ * octave[kInk], kSmallest);
+  for (int j = 0; j < kUnknownCount; ++j)
+    if (!Holds(outcome.free, static_cast<Parameter>(j)))
+      prior.back()[j] = std::max(prior.back()[j], kNoOffset * kNoOffset);
 }
 
 DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) const {
@@ -88,6 +94,7 @@ DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) con
       detail.prior[octave][p] = outcome.detail.prior[octave + first][k];
       detail.details[octave][p] = outcome.detail.details[octave + first][k];
     }
+  ThinInk(outcome, detail.prior);
   return model;
 }
 

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "fit/fast.h"
@@ -35,7 +36,10 @@ class FastVariance {
   std::vector<PlaneF> WithAll(const PatchProblem& problem, const FastOutcome& outcome, DetailModel all,
                               int first) const;
 
+  void ThinInk(const FastOutcome& outcome, std::span<FreeVector> prior) const;
+
   std::optional<DetailModel> detail_;  // of all unknowns; nothing: what is free was not chosen
+  double ink_ = 1.0;                   // the probability of any at the junction
   int seen_from_ = 0;                  // octave of the coarsest size's pixels
 };
 
