@@ -68,9 +68,6 @@ void CheckModelInputs(std::span<const Band> bands, const ImagingConditions& cond
   if (!automatic && (!(options.margin_mm >= 0.0) || options.margin_mm > kLongestMargin_mm)) {
     throw InputError("the margin is " + std::to_string(options.margin_mm) + " mm; it must be 0 to 50 mm");
   }
-  if (options.beneath_tape != BeneathTape::kEdge && options.engine != Engine::kLowRank)
-    throw InputError("the engine '" + std::string(EngineName(options.engine)) +
-                     "' takes skin beneath the tape as at the edge; remedy: --engine lowrank");
   if (options.terms != kAutomaticTerms && (options.terms < 0 || options.terms > kMostTerms)) {
     throw InputError("the number of inter-scattering terms is " + std::to_string(options.terms) +
                      "; it must be 0 to 1000 (or left out: automatic)");

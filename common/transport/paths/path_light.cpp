@@ -302,9 +302,9 @@ void PathLight::Render(const SeriesInput& input, PathPlans& plans, bool keep, Pl
   CropToPatch(graph_.Value(reflectance_), frames_.patch, reflectance);
 }
 
-void PathLight::Tangent(const Changes& changes, PlaneF& change) {
+void PathLight::Tangent(const SeriesChanges& changes, PlaneF& change) {
   const Id inputs[] = {mu_a_epidermis_, mu_a_dermis_, junction_};
-  Changes widened;
+  SeriesChanges widened;
   for (std::size_t i = 0; i < changes.size(); ++i)
     if (!changes[i].empty()) ReplicateOutwards(changes[i], frames_.patch, widened[i]);
   PlaneF all;
@@ -312,11 +312,11 @@ void PathLight::Tangent(const Changes& changes, PlaneF& change) {
   CropToPatch(all, frames_.patch, change);
 }
 
-void PathLight::Transpose(const PlaneF& weights, Changes& derivatives) {
+void PathLight::Transpose(const PlaneF& weights, SeriesChanges& derivatives) {
   const Id inputs[] = {mu_a_epidermis_, mu_a_dermis_, junction_};
   PlaneF widened;
   SurroundWithZeros(weights, frames_.patch, widened);
-  Changes all;
+  SeriesChanges all;
   graph_.Transpose(reflectance_, widened, inputs, all);
   for (std::size_t i = 0; i < all.size(); ++i) FoldOntoPatch(all[i], frames_.patch, derivatives[i]);
 }

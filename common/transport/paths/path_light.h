@@ -12,7 +12,7 @@
 namespace dermap {
 
 // Keeps all memory that a render needs; one a thread.
-class PathLight {
+class PathLight : public KeptSeries {
  public:
   PathLight(int patch_width, int patch_height, const ImagingConditions& conditions, double margin_mm,
             const ForwardOptions& options);
@@ -25,12 +25,9 @@ class PathLight {
   void Render(const SeriesInput& input, PathPlans& plans, bool keep, PlaneF& reflectance);
   const PathPlan& plan() const { return *plan_; }  // of the last render
 
-  // Of the last render, if it was kept, on the patch: what a change of mu_a (of both layers) and of the
-  // junction's transmittance does to the reflectance, and, the other way, the derivatives by them of the sum
-  // of weights * reflectance. A change may be empty: none.
-  using Changes = std::array<PlaneF, 3>;
-  void Tangent(const Changes& changes, PlaneF& change);
-  void Transpose(const PlaneF& weights, Changes& derivatives);
+  // Of the last render, if it was kept.
+  void Tangent(const SeriesChanges& changes, PlaneF& change) override;
+  void Transpose(const PlaneF& weights, SeriesChanges& derivatives) override;
 
  private:
   using Id = PlaneGraph::Id;
