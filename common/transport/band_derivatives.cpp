@@ -41,15 +41,13 @@ void AddAbsorptionDerivatives(const Absorbers& a, const ParameterMaps& maps, con
   const auto blood = static_cast<float>(a.blood_epidermis) - base,
              carotene = static_cast<float>(a.carotene) - base;
   const auto below = static_cast<float>(a.blood_dermis) - base;
-  for (std::size_t i = 0; i < by[0].size(); ++i) {
-    const float above = by[0].data()[i];
-    derivatives[Parameter::kC_m].data()[i] +=
-        above * (pheomelanin + maps[Parameter::kBeta_m].data()[i] * type);
-    derivatives[Parameter::kBeta_m].data()[i] += above * maps[Parameter::kC_m].data()[i] * type;
-    derivatives[Parameter::kC_he].data()[i] += above * blood;
-    derivatives[Parameter::kC_bc].data()[i] += above * carotene;
-    derivatives[Parameter::kC_hd].data()[i] += by[1].data()[i] * below;
-  }
+  const PlaneF &above = by[0], &C_m = maps[Parameter::kC_m], &beta = maps[Parameter::kBeta_m];
+  AddScaled(above, pheomelanin, derivatives[Parameter::kC_m]);
+  AddProductScaled(above, beta, type, derivatives[Parameter::kC_m]);
+  AddProductScaled(above, C_m, type, derivatives[Parameter::kBeta_m]);
+  AddScaled(above, blood, derivatives[Parameter::kC_he]);
+  AddScaled(above, carotene, derivatives[Parameter::kC_bc]);
+  AddScaled(by[1], below, derivatives[Parameter::kC_hd]);
 }
 
 }  // namespace
@@ -65,7 +63,7 @@ std::array<double, 3> BandRenderer::LocalDerivatives(const BandOptics& band, std
 }
 
 void BandRenderer::LocalTangent(const BandOptics& band, const SeriesChanges& changes, PlaneF& out) const {
-  out = PlaneF(width_, height_);
+  Fill(out, width_, height_, 0.0f);
   for (std::size_t i = 0; i < out.size(); ++i) {
     const std::array<double, 3> by = LocalDerivatives(band, i);
     for (int k = 0; k < 3; ++k)
@@ -75,69 +73,66 @@ void BandRenderer::LocalTangent(const BandOptics& band, const SeriesChanges& cha
 
 void BandRenderer::LocalTranspose(const BandOptics& band, const PlaneF& weights,
                                   SeriesChanges& derivatives) const {
-  for (PlaneF& plane : derivatives) plane = PlaneF(width_, height_);
+  for (PlaneF& plane : derivatives) EnsureShape(plane, width_, height_);
   for (std::size_t i = 0; i < weights.size(); ++i) {
     const std::array<double, 3> by = LocalDerivatives(band, i);
     for (int k = 0; k < 3; ++k) derivatives[k].data()[i] = static_cast<float>(by[k] * weights.data()[i]);
   }
 }
 
-PlaneF BandRenderer::Tangent(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
-                             const ParameterMaps& change, const PlaneF* junction_change) {
+void BandRenderer::Tangent(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
+                           const ParameterMaps& change, const PlaneF* junction_change, PlaneF& out) {
   const Absorbers& absorbers = band.nodes[band.center].absorbers;
-  SeriesChanges mu_a;
-  mu_a[0] = mu_a[1] = PlaneF(width_, height_);
-  AddAbsorptionChange(absorbers, maps, change, mu_a);
-  if (junction_change) {
-    mu_a[2] = *junction_change;  // A = exp(-P)
-    for (std::size_t i = 0; i < mu_a[2].size(); ++i) mu_a[2].data()[i] *= -transmittance_.data()[i];
-  }
-  PlaneF out, ratio;
-  if (kept_) {
-    kept_->Tangent(mu_a, out);
+  EnsureShape(by_[0], width_, height_);
+  EnsureShape(by_[1], width_, height_);
+  AddAbsorptionChange(absorbers, maps, change, by_);
+  if (junction_change) {  // A = exp(-P)
+    Product(*junction_change, transmittance_, by_[2]);
+    Scaled(by_[2], -1.0f, by_[2]);
   } else {
-    LocalTangent(band, mu_a, out);
+    by_[2] = PlaneF();
   }
-  if (width.empty()) return out;
-  std::array<PlaneF, kParameterCount + 1> gradient;
-  width.Derivatives({maps, mu_a_epidermis_, mu_a_dermis_, transmittance_}, ratio, gradient);
-  MultiplyBy(ratio, out);
+  if (kept_) {
+    kept_->Tangent(by_, out);
+  } else {
+    LocalTangent(band, by_, out);
+  }
+  if (width.empty()) return;
+  width.Derivatives({maps, mu_a_epidermis_, mu_a_dermis_, transmittance_}, ratio_, gradient_);
+  MultiplyBy(ratio_, out);
   for (int k = 0; k <= kParameterCount; ++k) {
-    const PlaneF* step = k < kParameterCount ? &change.planes[k] : &mu_a[2];
+    const PlaneF* step = k < kParameterCount ? &change.planes[k] : &by_[2];
     if (step->empty()) continue;
-    MultiplyBy(center_reflectance_, gradient[k]);
-    AddProduct(gradient[k], *step, out);
+    MultiplyBy(center_reflectance_, gradient_[k]);
+    AddProduct(gradient_[k], *step, out);
   }
-  return out;
 }
 
 void BandRenderer::Transpose(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
-                             PlaneF weights, ParameterMaps& derivatives, PlaneF& junction_derivative) {
-  PlaneF ratio;
-  std::array<PlaneF, kParameterCount + 1> gradient;
+                             PlaneF& weights, ParameterMaps& derivatives, PlaneF& junction_derivative) {
   if (!width.empty()) {
-    width.Derivatives({maps, mu_a_epidermis_, mu_a_dermis_, transmittance_}, ratio, gradient);
-    for (PlaneF& plane : gradient) {
-      MultiplyBy(weights, plane);
-      MultiplyBy(center_reflectance_, plane);
-    }
-    MultiplyBy(ratio, weights);
+    width.Derivatives({maps, mu_a_epidermis_, mu_a_dermis_, transmittance_}, ratio_, gradient_);
+    Product(weights, center_reflectance_, by_[0]);
+    for (PlaneF& plane : gradient_) MultiplyBy(by_[0], plane);
+    MultiplyBy(ratio_, weights);
   }
-  SeriesChanges by;
   if (kept_) {
-    kept_->Transpose(weights, by);
+    kept_->Transpose(weights, by_);
   } else {
-    LocalTranspose(band, weights, by);
+    LocalTranspose(band, weights, by_);
   }
-  derivatives = ParameterMaps(width_, height_, ParameterVector{});
-  AddAbsorptionDerivatives(band.nodes[band.center].absorbers, maps, by, derivatives);
-  junction_derivative = std::move(by[2]);
-  if (!width.empty()) {
-    for (int k = 0; k < kParameterCount; ++k) AddTo(gradient[k], derivatives.planes[k]);
-    AddTo(gradient[kParameterCount], junction_derivative);
+  EnsureShape(junction_derivative, width_, height_);
+  for (int k = 0; k < kParameterCount; ++k) {
+    if (width.empty()) {
+      Fill(derivatives.planes[k], width_, height_, 0.0f);
+    } else {
+      std::swap(derivatives.planes[k], gradient_[k]);
+    }
   }
-  for (std::size_t i = 0; i < junction_derivative.size(); ++i)
-    junction_derivative.data()[i] *= -transmittance_.data()[i];
+  AddAbsorptionDerivatives(band.nodes[band.center].absorbers, maps, by_, derivatives);
+  if (!width.empty()) AddTo(gradient_[kParameterCount], by_[2]);
+  Product(by_[2], transmittance_, junction_derivative);
+  Scaled(junction_derivative, -1.0f, junction_derivative);
 }
 
 }  // namespace dermap

@@ -67,8 +67,8 @@ BandRenderer::BandRenderer(int width, int height, const ImagingConditions& condi
 }
 
 void BandRenderer::SetLight(const PlaneF* light, const Domain& domain) {
-  const PlaneF ones = light ? PlaneF() : PlaneF(width_, height_, 1.0f);
-  const PlaneF& patch = light ? *light : ones;
+  if (!light && unlit_.empty()) unlit_ = PlaneF(width_, height_, 1.0f);
+  const PlaneF& patch = light ? *light : unlit_;
   if (conditions_.illumination == Illumination::kUniform) {
     ReplicateOutwards(patch, domain, light_);
   } else {
@@ -141,6 +141,12 @@ void BandRenderer::RenderPaths(const BandOptics::Node& optics, const LocalTotals
   AddPaths(path_light.plan(), path_light.frames(), options_.tolerance, choice_);
 }
 
+BandChoice BandRenderer::choice() const {
+  BandChoice choice = choice_;
+  choice.why = Explain(choice_, conditions_.illumination == Illumination::kWindow);
+  return choice;
+}
+
 void BandRenderer::RenderNode(const BandOptics& band, int node, const LocalTotals& totals,
                               const ParameterMaps& maps, const PlaneF* light, PlaneF& out) {
   SetAbsorption(band.nodes[node].absorbers, maps);
@@ -156,19 +162,19 @@ void BandRenderer::RenderNode(const BandOptics& band, int node, const LocalTotal
   kept_ = gaussian_series_.get();
 }
 
-PlaneF BandRenderer::Render(const BandOptics& band, const std::vector<LocalTotals>& totals,
-                            const FilterWidth& width, const ParameterMaps& maps,
-                            const PlaneF* junction_absorbance, double base_absorbance, const PlaneF* light,
-                            bool keep) {
+void BandRenderer::Render(const BandOptics& band, const std::vector<LocalTotals>& totals,
+                          const FilterWidth& width, const ParameterMaps& maps,
+                          const PlaneF* junction_absorbance, double base_absorbance, const PlaneF* light,
+                          bool keep, PlaneF& out) {
   keep_ = keep;
   SetTransmittance(junction_absorbance, base_absorbance);
-  PlaneF out(width_, height_);
   if (!options_.full_band_integration) {
     RenderNode(band, band.center, totals[band.center], maps, light, out);
     if (keep) center_reflectance_ = out;
     width.Multiply({maps, mu_a_epidermis_, mu_a_dermis_, transmittance_}, out);
-    return out;
+    return;
   }
+  Fill(out, width_, height_, 0.0f);
   for (std::size_t node = 0; node < band.nodes.size(); ++node) {
     RenderNode(band, static_cast<int>(node), totals[node], maps, light, node_reflectance_);
     const float weight = static_cast<float>(band.nodes[node].weight);
@@ -181,7 +187,6 @@ PlaneF BandRenderer::Render(const BandOptics& band, const std::vector<LocalTotal
       out.data()[i] += weight * static_cast<float>(ratio) * node_reflectance_.data()[i];
     }
   }
-  return out;
 }
 
 }  // namespace dermap

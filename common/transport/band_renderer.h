@@ -22,21 +22,21 @@ class BandRenderer {
   bool Fits(int width, int height) const { return width_ == width && height_ == height; }
 
   // Hemispherical reflectance of the patch. `light` may be null (1 everywhere); `junction_absorbance` may be
-  // null
-  // (`base_absorbance` everywhere). `keep`: whether Tangent or Transpose will be asked.
-  PlaneF Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const FilterWidth& width,
-                const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
-                const PlaneF* light, bool keep = false);
+  // null (`base_absorbance` everywhere). `keep`: whether Tangent or Transpose will be asked.
+  void Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const FilterWidth& width,
+              const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
+              const PlaneF* light, bool keep, PlaneF& out);
 
-  // What the engine `lowrank` took for the last render.
-  const BandChoice& choice() const { return choice_; }
+  // What the engine `lowrank` took for the last render, and why.
+  BandChoice choice() const;
 
   // Of the last render, which must have been kept, at the band's centre (not of the full band): the change of
   // the reflectance under a change of the maps, and the derivatives of the sum of weights * reflectance by
   // the maps. A plane of `change` may be empty; of the junction there is one or none.
-  PlaneF Tangent(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
-                 const ParameterMaps& change, const PlaneF* junction_change);
-  void Transpose(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps, PlaneF weights,
+  void Tangent(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
+               const ParameterMaps& change, const PlaneF* junction_change, PlaneF& out);
+  // `weights` is used up.
+  void Transpose(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps, PlaneF& weights,
                  ParameterMaps& derivatives, PlaneF& junction_derivative);
 
  private:
@@ -68,6 +68,10 @@ class BandRenderer {
   PlaneF light_;                         // on the whole domain
   PlaneF node_reflectance_;
   PlaneF center_reflectance_;  // before the filter's width
+  PlaneF unlit_;               // 1 everywhere
+  SeriesChanges by_;           // scratch of derivatives, as are these
+  PlaneF ratio_;
+  std::array<PlaneF, kParameterCount + 1> gradient_;
 };
 
 }  // namespace dermap

@@ -138,6 +138,9 @@ class ForwardModel {
   // `choices`, where asked for: of every band (engine `lowrank`).
   std::vector<PlaneF> Render(const ParameterMaps& maps, std::span<const PlaneF> light = {},
                              std::vector<BandChoice>* choices = nullptr) const;
+  // The same into planes that are there: of their shape, it takes no memory once a render was made.
+  void Render(const ParameterMaps& maps, std::span<const PlaneF> light,
+              std::vector<PlaneF>& reflectance) const;
   PlaneF RenderBand(int band, const ParameterMaps& maps, const PlaneF* light = nullptr) const;
 
   // Derivatives of the render, exact to rounding, of every engine, without full_band_integration (InputError

@@ -97,6 +97,10 @@ class PlaneGraph {
   void Compute(const Operation& operation);
   // Changes of a plane or weights upon it; none where empty, zeros when first asked for.
   PlaneF& Derivative(Id id);
+  void AddDerivative(Id id, const PlaneF& part);
+  void AddDerivative(Id id, const PlaneF& a, const PlaneF& b);  // their product
+  template <class Apply>
+  void AddDerivativeBy(Id id, const Apply& apply);
   bool Has(Id id) const { return !derivatives_[id].empty(); }
   void ClearDerivatives();
   void ApplyLinear(const Operation& operation, bool transposed, int operand, const PlaneF& in, PlaneF& out);

@@ -21,6 +21,30 @@ void AddToRegion(const PlaneF& slope, const PlaneF& small, const Region& region,
 
 }  // namespace
 
+// The first contribution to a derivative is written, later ones are added.
+void PlaneGraph::AddDerivative(Id id, const PlaneF& part) {
+  if (Has(id)) return AddTo(part, derivatives_[id]);
+  PlaneF& plane = derivatives_[id] = TakePlane(part.width(), part.height());
+  std::copy(part.values().begin(), part.values().end(), plane.values().begin());
+}
+
+void PlaneGraph::AddDerivative(Id id, const PlaneF& a, const PlaneF& b) {
+  if (Has(id)) return AddProduct(a, b, derivatives_[id]);
+  dermap::Product(a, b, derivatives_[id] = TakePlane(a.width(), a.height()));
+}
+
+template <class Apply>
+void PlaneGraph::AddDerivativeBy(Id id, const Apply& apply) {
+  PlaneF part = TakePlane(values_[id].width(), values_[id].height());
+  apply(part);
+  if (!Has(id)) {
+    derivatives_[id] = std::move(part);
+    return;
+  }
+  AddTo(part, derivatives_[id]);
+  GivePlane(std::move(part));
+}
+
 // Adds to the derivatives by the operands what the one by the result says.
 void PlaneGraph::Backward(const Operation& operation) {
   const PlaneF& weights = derivatives_[operation.out];
@@ -29,16 +53,16 @@ void PlaneGraph::Backward(const Operation& operation) {
     case Kind::kProducts:
       for (int i = 0; i < operation.count; i += 2) {
         const Id x = Operand(operation, i), y = Operand(operation, i + 1);
-        AddProduct(weights, values_[y], Derivative(x));
-        AddProduct(weights, values_[x], Derivative(y));
+        AddDerivative(x, weights, values_[y]);
+        AddDerivative(y, weights, values_[x]);
       }
       break;
     case Kind::kWeighted:
       for (int i = 0; i < operation.count; ++i)
-        AddProduct(weights, *objects_[operation.object + i].weight, Derivative(Operand(operation, i)));
+        AddDerivative(Operand(operation, i), weights, *objects_[operation.object + i].weight);
       break;
     case Kind::kSum:
-      for (int i = 0; i < operation.count; ++i) AddTo(weights, Derivative(Operand(operation, i)));
+      for (int i = 0; i < operation.count; ++i) AddDerivative(Operand(operation, i), weights);
       break;
     case Kind::kScale:
       AddScaled(weights, operation.factor, Derivative(a));
@@ -58,26 +82,20 @@ void PlaneGraph::Backward(const Operation& operation) {
     }
     case Kind::kStencil:
       stencils_.AddTo(weights, *objects_[operation.object].stencil, nullptr, Derivative(a));
-      AddTo(weights, Derivative(Operand(operation, 1)));
+      AddDerivative(Operand(operation, 1), weights);
       break;
     case Kind::kConvolve: {
       const Object& object = objects_[operation.object];
-      PlaneF part = TakePlane(values_[a].width(), values_[a].height());
-      object.convolver->ConvolveTransposed(weights, *object.weights, part);
-      AddTo(part, Derivative(a));
-      GivePlane(std::move(part));
+      AddDerivativeBy(
+          a, [&](PlaneF& part) { object.convolver->ConvolveTransposed(weights, *object.weights, part); });
       AddToRegion(values_[Operand(operation, 2)], weights, object.region, Derivative(Operand(operation, 1)));
       break;
     }
     case Kind::kFollows:
       AddToRegion(values_[Operand(operation, 1)], weights, objects_[operation.object].region, Derivative(a));
       break;
-    default: {
-      PlaneF part = TakePlane(values_[a].width(), values_[a].height());
-      ApplyLinear(operation, true, 0, weights, part);
-      AddTo(part, Derivative(a));
-      GivePlane(std::move(part));
-    }
+    default:
+      AddDerivativeBy(a, [&](PlaneF& part) { ApplyLinear(operation, true, 0, weights, part); });
   }
 }
 
@@ -149,8 +167,11 @@ void PlaneGraph::Transpose(Id of, const PlaneF& weights, std::span<const Id> inp
   ClearDerivatives();
   PlaneF& seed = Derivative(of);
   std::copy(weights.values().begin(), weights.values().end(), seed.values().begin());
-  for (auto operation = operations_.rbegin(); operation != operations_.rend(); ++operation)
-    if (Has(operation->out)) Backward(*operation);
+  for (auto operation = operations_.rbegin(); operation != operations_.rend(); ++operation) {
+    if (!Has(operation->out)) continue;
+    Backward(*operation);
+    if (operation->kind != Kind::kFollows) GivePlane(std::move(derivatives_[operation->out]));  // made here
+  }
   for (std::size_t i = 0; i < inputs.size(); ++i) derivatives[i] = Derivative(inputs[i]);
 }
 

@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "common/core/short_list.h"
 #include "common/transport/paths/path_plan.h"
 #include "common/transport/plane_graph.h"
 #include "common/transport/scattering_series.h"
@@ -21,7 +22,7 @@ class PathLight : public KeptSeries {
   // Where `SeriesInput::light` is given: the patch, a little widened.
   const Domain& domain() const { return frames_.patch; }
   // Hemispherical reflectance of the patch. Of `input`, the planes are as for ScatteringSeries.
-  // `keep`: whether Tangent or Transpose will be asked.
+  // `keep`: whether Tangent or Transpose will be asked; they need `input.light` still.
   void Render(const SeriesInput& input, PathPlans& plans, bool keep, PlaneF& reflectance);
   const PathPlan& plan() const { return *plan_; }  // of the last render
 
@@ -31,7 +32,9 @@ class PathLight : public KeptSeries {
 
  private:
   using Id = PlaneGraph::Id;
-  using Ids = std::vector<Id>;
+  using Ids = ShortList<Id, kMostPaths>;
+  using Pairs = ShortList<PlaneGraph::Pair, kMostPaths>;
+  static constexpr std::size_t kMostLevels = 12;
   struct MapPair {
     PlaneMap map, transposed;
   };
@@ -68,13 +71,21 @@ class PathLight : public KeptSeries {
   PlaneF skin_share_, patch_share_rest_, tape_share_rest_;
 
   std::shared_ptr<const PathPlan> plan_;
-  SymmetricKernel stray_epidermis_, stray_dermis_;
-  PlaneF light_;
+  struct Stray {
+    double mu_s = 0.0;
+    SymmetricKernel kernel;
+  };
+  void SetStray(double mu_s, Stray& stray) const;
+  Stray stray_epidermis_, stray_dermis_;
+  const PlaneF* light_ = nullptr;
   PlaneGraph graph_;
   Id mu_a_epidermis_ = 0, mu_a_dermis_ = 0, junction_ = 0, junction_rest_ = 0, reflectance_ = 0;
   Layer epidermis_, dermis_;
-  std::vector<Ids> light_at_;  // [path][level] on its way down
-  Ids entering_;               // [path] its spectrum on the transforms' grid
+  std::array<ShortList<Id, kMostLevels>, kMostPaths> light_at_;  // [path][level] on its way down
+  Ids entering_;           // [path] its spectrum on the transforms' grid
+  std::vector<Id> later_;  // scratch of Below
+  SeriesChanges widened_;  // scratch of derivatives
+  PlaneF widened_weights_;
 };
 
 }  // namespace dermap
