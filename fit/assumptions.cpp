@@ -87,7 +87,7 @@ void SetDetails(const std::vector<PlaneF>& position, std::vector<OctaveLevel>& l
   }
 }
 
-// Only the engine `lowrank` has a tangent.
+// The engine `lowrank` has by far the cheapest tangent.
 std::optional<ForwardModel> WithTangent(const ForwardModel& model) {
   ForwardOptions options = model.options();
   if (options.engine == Engine::kLowRank) return std::nullopt;

@@ -64,11 +64,14 @@ std::vector<std::vector<float>> RowsOf(const Matrix& coefficients) {
   return rows;
 }
 
+Eigen::VectorXd OwnWeights(const Matrix& values) {
+  return values.col(0).cwiseMax(kFloor).cwiseInverse();
+}
+
 // Values (absorptions x frequencies) by exponentials (absorptions x lengths). The error counts what single
 // precision makes of terms that nearly cancel: too many lengths are no better than too few.
-PathFit FitSamples(const Matrix& values, const Matrix& exponentials) {
+PathFit FitSamples(const Matrix& values, const Matrix& exponentials, const Eigen::VectorXd& weights) {
   constexpr double kRounding = 2e-7;
-  const Eigen::VectorXd weights = values.col(0).cwiseMax(kFloor).cwiseInverse();
   const Matrix coefficients = Fit(exponentials, values, weights);
   const Matrix misfit =
       (exponentials * coefficients - values).cwiseAbs() + kRounding * exponentials * coefficients.cwiseAbs();
@@ -78,44 +81,70 @@ PathFit FitSamples(const Matrix& values, const Matrix& exponentials) {
 
 }  // namespace
 
-std::vector<double> TransformTable::At(double mu_a) const {
-  const std::size_t frequencies = TableFrequencies_per_mm().size();
+namespace {
+
+// Calls use(entry, weight) for the four entries of the tables around mu_a.
+template <class Use>
+void ForEntries(double mu_a, const Use& use) {
   static const double step = std::log(TableMuA(1) / TableMuA(0));
   const double position = std::log(std::clamp(mu_a, kTableMinMuA, kTableMaxMuA) / kTableMinMuA) / step;
   const int first = std::clamp(static_cast<int>(position) - 1, 0, kTableSize - 4);
-  std::vector<double> values(frequencies, 0.0);
   for (int i = 0; i < 4; ++i) {
     double weight = 1.0;
     for (int j = 0; j < 4; ++j)
       if (j != i) weight *= (position - first - j) / (i - j);
-    const float* entry = values_.data() + (first + i) * frequencies;
-    for (std::size_t k = 0; k < frequencies; ++k) values[k] += weight * entry[k];
+    use(static_cast<std::size_t>(first + i), weight);
   }
+}
+
+}  // namespace
+
+std::vector<double> TransformTable::At(double mu_a) const {
+  const std::size_t frequencies = TableFrequencies_per_mm().size();
+  std::vector<double> values(frequencies, 0.0);
+  ForEntries(mu_a, [&](std::size_t entry, double weight) {
+    for (std::size_t k = 0; k < frequencies; ++k) values[k] += weight * values_[entry * frequencies + k];
+  });
   return values;
+}
+
+double TransformTable::At(double mu_a, std::size_t frequency) const {
+  const std::size_t frequencies = TableFrequencies_per_mm().size();
+  double value = 0.0;
+  ForEntries(mu_a, [&](std::size_t entry, double weight) {
+    value += weight * values_[entry * frequencies + frequency];
+  });
+  return value;
 }
 
 PathFit FitPaths(const TransformTable& response, std::span<const double> lengths_mm, double lowest,
                  double highest) {
   assert(lowest > 0.0 && highest >= lowest);
   const std::vector<double> samples = Geometric(lowest, highest, kSamples);
-  return FitSamples(ValuesAt(response, samples), Exponentials(samples, lengths_mm));
+  const Matrix values = ValuesAt(response, samples);
+  return FitSamples(values, Exponentials(samples, lengths_mm), OwnWeights(values));
 }
 
 ScenePaths ReducePaths(std::span<const TransformTable* const> responses, double lowest, double highest,
-                       double tolerance, int count) {
+                       double tolerance, int count, const ErrorWeight& weight) {
   assert(lowest > 0.0 && highest >= lowest);
   assert(count >= 0 && count <= kMostPaths);
   const std::vector<double> samples = Geometric(lowest, highest, kSamples);
   std::vector<Matrix> values;
-  for (const TransformTable* response : responses) values.push_back(ValuesAt(*response, samples));
+  std::vector<Eigen::VectorXd> weights;
+  for (std::size_t r = 0; r < responses.size(); ++r) {
+    values.push_back(ValuesAt(*responses[r], samples));
+    weights.push_back(OwnWeights(values.back()));
+    for (int i = 0; weight && i < kSamples; ++i) weights.back()[i] = weight(r, samples[i]);
+  }
   ScenePaths best;
   const int first = count > 0 ? count : 1, last = count > 0 ? count : kMostPaths;
   for (int tried = first; tried <= last; ++tried) {
     ScenePaths paths;
     paths.lengths_mm = Geometric(kShortestDepth / highest, kLongestDepth / lowest, tried);
     const Matrix few = Exponentials(samples, paths.lengths_mm);
-    for (const Matrix& value : values) {
-      PathFit fit = FitSamples(value, few);
+    for (std::size_t r = 0; r < values.size(); ++r) {
+      PathFit fit = FitSamples(values[r], few, weights[r]);
       paths.error = std::max(paths.error, *std::max_element(fit.errors.begin(), fit.errors.end()));
       paths.kernels.push_back(std::move(fit.kernels));
     }

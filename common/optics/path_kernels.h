@@ -7,6 +7,7 @@
 // so it also tells what becomes of light whose path begins in skin of one absorption and ends in another.
 #pragma once
 
+#include <functional>
 #include <span>
 #include <utility>
 #include <vector>
@@ -25,6 +26,7 @@ class TransformTable {
   const std::vector<float>& values() const noexcept { return values_; }
   // All frequencies at one absorption, 1/mm, by cubics in its logarithm; clamped to the tables' range.
   std::vector<double> At(double mu_a) const;
+  double At(double mu_a, std::size_t frequency) const;  // one of them
 
  private:
   std::vector<float> values_;
@@ -35,7 +37,7 @@ struct ScenePaths {
   std::vector<double> lengths_mm;
   // [response][path][frequency]; a path length's kernel may be negative, their sum is not beyond `error`.
   std::vector<std::vector<std::vector<float>>> kernels;
-  double error = 0.0;  // largest, of a transform over its own total (or over 1e-4, if that is more)
+  double error = 0.0;  // largest, of a transform as it counts
 
   int count() const { return static_cast<int>(lengths_mm.size()); }
 };
@@ -47,10 +49,14 @@ struct PathFit {
 PathFit FitPaths(const TransformTable& response, std::span<const double> lengths_mm, double lowest,
                  double highest);
 
+// How much an error of a response at some mu_a counts; where none is given, relative to the response's total
+// (or to 1e-4, if that is more).
+using ErrorWeight = std::function<double(std::size_t response, double mu_a)>;
+
 // Between mu_a `lowest` and `highest` (1/mm): as few lengths as have an error of at most `tolerance`, or,
 // where none has, the best of up to kMostPaths. `count`: exactly so many instead, 1 to kMostPaths.
 inline constexpr int kMostPaths = 16;
 ScenePaths ReducePaths(std::span<const TransformTable* const> responses, double lowest, double highest,
-                       double tolerance, int count = 0);
+                       double tolerance, int count = 0, const ErrorWeight& weight = {});
 
 }  // namespace dermap

@@ -49,12 +49,16 @@ class LocalTotals {
   // What one more passage down and up is to the last, A^2 R1- R2: the quotient of the series of [D08 eq. 7].
   float Quotient(TablePosition epidermis, TablePosition dermis, float transmittance,
                  bool black_tape) const noexcept;
-  // Share of the light that crosses the epidermis unscattered, and whether there is any at all.
-  float Ballistic(TablePosition epidermis) const noexcept { return At(t1_ballistic_, epidermis); }
+  // Whether any light crosses the epidermis unscattered.
   bool has_ballistic() const noexcept { return has_ballistic_; }
+  using Totals = std::array<float, kTableSize + 1>;  // the last twice, so that index + 1 always exists
+  const Totals& t1_ballistic() const noexcept { return t1_ballistic_; }
+  const Totals& r1_backward(bool black_tape) const noexcept {
+    return black_tape ? r1_backward_black_ : r1_backward_;
+  }
+  const Totals& r2_diffuse() const noexcept { return r2_diffuse_; }
 
  private:
-  using Totals = std::array<float, kTableSize + 1>;  // the last twice, so that index + 1 always exists
   static float At(const Totals& totals, TablePosition p) noexcept {
     return totals[p.index] + p.fraction * (totals[p.index + 1] - totals[p.index]);
   }

@@ -22,22 +22,21 @@ class BandRenderer {
   bool Fits(int width, int height) const { return width_ == width && height_ == height; }
 
   // Hemispherical reflectance of the patch. `light` may be null (1 everywhere); `junction_absorbance` may be
-  // null
-  // (`base_absorbance` everywhere). `keep`: whether Tangent or Transpose will be asked.
-  PlaneF Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const FilterWidth& width,
-                const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
-                const PlaneF* light, bool keep = false);
+  // null (`base_absorbance` everywhere). `keep`: whether Tangent or Transpose will be asked.
+  void Render(const BandOptics& band, const std::vector<LocalTotals>& totals, const FilterWidth& width,
+              const ParameterMaps& maps, const PlaneF* junction_absorbance, double base_absorbance,
+              const PlaneF* light, bool keep, PlaneF& out);
 
-  // What the engine `lowrank` took for the last render.
-  const BandChoice& choice() const { return choice_; }
+  // What the engine `lowrank` took for the last render, and why.
+  BandChoice choice() const;
 
-  // Of the last render, which must have been one of the engine `lowrank` at the band's centre (not of the
-  // full band): the change of the reflectance under a change of the maps, and the derivatives of the sum of
-  // weights * reflectance by the maps. A plane of `change` may be empty; of the junction there is one or
-  // none.
-  PlaneF Tangent(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
-                 const ParameterMaps& change, const PlaneF* junction_change);
-  void Transpose(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps, PlaneF weights,
+  // Of the last render, which must have been kept, at the band's centre (not of the full band): the change of
+  // the reflectance under a change of the maps, and the derivatives of the sum of weights * reflectance by
+  // the maps. A plane of `change` may be empty; of the junction there is one or none.
+  void Tangent(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps,
+               const ParameterMaps& change, const PlaneF* junction_change, PlaneF& out);
+  // `weights` is used up.
+  void Transpose(const BandOptics& band, const FilterWidth& width, const ParameterMaps& maps, PlaneF& weights,
                  ParameterMaps& derivatives, PlaneF& junction_derivative);
 
  private:
@@ -51,8 +50,8 @@ class BandRenderer {
   PathLight& LightWithMargin(double margin_mm);
 
   std::array<double, 3> LocalDerivatives(const BandOptics& band, std::size_t pixel) const;
-  void LocalTangent(const BandOptics& band, const PathLight::Changes& changes, PlaneF& out) const;
-  void LocalTranspose(const BandOptics& band, const PlaneF& weights, PathLight::Changes& derivatives) const;
+  void LocalTangent(const BandOptics& band, const SeriesChanges& changes, PlaneF& out) const;
+  void LocalTranspose(const BandOptics& band, const PlaneF& weights, SeriesChanges& derivatives) const;
 
   int width_, height_;
   ImagingConditions conditions_;
@@ -60,7 +59,7 @@ class BandRenderer {
   PathPlans& plans_;
   std::unique_ptr<ScatteringSeries> gaussian_series_;    // of the engines made of Gaussians
   std::vector<std::unique_ptr<PathLight>> path_lights_;  // of the engine `lowrank`, by margins
-  PathLight* path_light_ = nullptr;                      // of the last render; none where it was local
+  KeptSeries* kept_ = nullptr;                           // the last render; none where it was local
   BandChoice choice_;
   float local_light_ = 1.0f;
   bool keep_ = false;                    // whether derivatives will be asked for
@@ -69,6 +68,10 @@ class BandRenderer {
   PlaneF light_;                         // on the whole domain
   PlaneF node_reflectance_;
   PlaneF center_reflectance_;  // before the filter's width
+  PlaneF unlit_;               // 1 everywhere
+  SeriesChanges by_;           // scratch of derivatives, as are these
+  PlaneF ratio_;
+  std::array<PlaneF, kParameterCount + 1> gradient_;
 };
 
 }  // namespace dermap

@@ -2,6 +2,8 @@
 // The paper's cascade of separable blurs.
 #include "common/transport/cascade.h"
 
+#include "common/transport/plane_math.h"
+
 namespace dermap {
 
 CascadeConvolver::CascadeConvolver(const Domain& domain, double pixel_size_mm, Border border)
@@ -28,11 +30,24 @@ void CascadeConvolver::Convolve(const PlaneF& input, std::span<const Convolution
     for (const ConvolutionTarget& target : targets) {
       if (!target.weights->active(gaussian)) continue;
       const Region& region = target.weights->region();
-      for (int y = 0; y < region.height; ++y) {
-        AccumulateRow(target.weights->plane(gaussian).Row(y), blurred_.Row(y + region.y) + region.x,
-                      region.width, target.out->Row(y));
-      }
+      for (int y = 0; y < region.height; ++y)
+        AccumulateTarget(target, gaussian, y, blurred_.Row(y + region.y) + region.x);
     }
+  }
+}
+
+// A blur is its own transpose: the same blurs from the widest down, each Gaussian's part added on the way.
+void CascadeConvolver::ConvolveTransposed(const PlaneF& result, const ResponseWeights& weights,
+                                          PlaneF& input) {
+  const Region& region = weights.region();
+  assert(result.SameShape(region.width, region.height));
+  Fill(input, domain_.width, domain_.height, 0.0f);
+  for (int gaussian = kGaussianCount - 1; gaussian >= 0; --gaussian) {
+    if (!weights.active(gaussian)) continue;
+    for (int y = 0; y < region.height; ++y)
+      AccumulateRow(weights.plane(gaussian).Row(y), result.Row(y), region.width,
+                    input.Row(y + region.y) + region.x);
+    blur_.Apply(input, Kernel(weights.ActiveBefore(gaussian), gaussian), input);
   }
 }
 

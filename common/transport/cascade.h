@@ -14,6 +14,7 @@ class CascadeConvolver : public Convolver {
  public:
   CascadeConvolver(const Domain& domain, double pixel_size_mm, Border border);
   void Convolve(const PlaneF& input, std::span<const ConvolutionTarget> targets) override;
+  void ConvolveTransposed(const PlaneF& result, const ResponseWeights& weights, PlaneF& input) override;
 
  private:
   const SymmetricKernel& Kernel(int from, int to);

@@ -6,6 +6,7 @@
 
 #include "common/core/kernel.h"
 #include "common/transport/cascade.h"
+#include "common/transport/plane_math.h"
 #include "common/transport/pyramid.h"
 
 namespace dermap {
@@ -19,6 +20,13 @@ void AccumulateRow(const float* weights, const float* values, int n, float* __re
   for (int x = 0; x < n; ++x) out[x] += weights[x] * values[x];
 }
 
+void AccumulateTarget(const ConvolutionTarget& target, int gaussian, int row, const float* values) noexcept {
+  const ResponseWeights& weights = *target.weights;
+  const int width = weights.region().width;
+  AccumulateRow(weights.plane(gaussian).Row(row), values, width, target.out->Row(row));
+  if (target.slope) AccumulateRow(weights.slope(gaussian).Row(row), values, width, target.slope->Row(row));
+}
+
 bool AnyActive(std::span<const ConvolutionTarget> targets, int gaussian) noexcept {
   return std::any_of(targets.begin(), targets.end(), [gaussian](const ConvolutionTarget& target) {
     return target.weights->active(gaussian);
@@ -27,8 +35,9 @@ bool AnyActive(std::span<const ConvolutionTarget> targets, int gaussian) noexcep
 
 void ClearTargets(std::span<const ConvolutionTarget> targets) {
   for (const ConvolutionTarget& target : targets) {
-    EnsureShape(*target.out, target.weights->region().width, target.weights->region().height);
-    std::fill(target.out->values().begin(), target.out->values().end(), 0.0f);
+    const Region& region = target.weights->region();
+    Fill(*target.out, region.width, region.height, 0.0f);
+    if (target.slope) Fill(*target.slope, region.width, region.height, 0.0f);
   }
 }
 

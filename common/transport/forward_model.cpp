@@ -4,6 +4,7 @@
 
 #include <cassert>
 #include <cmath>
+#include <functional>
 #include <mutex>
 #include <numbers>
 
@@ -35,12 +36,22 @@ struct ForwardModel::Impl {
   std::mutex mutex;
   std::vector<std::unique_ptr<BandRenderer>> idle;  // guarded by mutex
 
+  // Derivatives of one band, until those of all bands are there.
+  struct BandDerivatives {
+    ParameterMaps maps;
+    PlaneF junction, reflectance;
+  };
+  std::vector<std::vector<BandDerivatives>> idle_derivatives;  // guarded by mutex
+
   std::unique_ptr<BandRenderer> Take(int width, int height);
   void GiveBack(std::unique_ptr<BandRenderer> renderer);
+  std::vector<BandDerivatives> TakeDerivatives();
   static const PlaneF* JunctionOf(int band, const ParameterMaps& maps);
   template <class Use>
-  void RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light, bool keep,
+  void RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light, bool keep, PlaneF& out,
                  const Use& use);
+  void RenderAll(const ParameterMaps& maps, std::span<const PlaneF> light, std::vector<PlaneF>& reflectance,
+                 std::vector<BandChoice>* choices);
   void CheckDerivatives() const;
   static void SetTerms(const TissueConfig& tissue, int terms, std::vector<BandOptics>& optics);
   static void SetGaussians(int step, std::vector<BandOptics>& optics);
@@ -60,6 +71,14 @@ std::unique_ptr<BandRenderer> ForwardModel::Impl::Take(int width, int height) {
   return std::make_unique<BandRenderer>(width, height, conditions, options, plans);
 }
 
+std::vector<ForwardModel::Impl::BandDerivatives> ForwardModel::Impl::TakeDerivatives() {
+  const std::lock_guard lock(mutex);
+  if (idle_derivatives.empty()) return std::vector<BandDerivatives>(tables->optics.size());
+  std::vector<BandDerivatives> taken = std::move(idle_derivatives.back());
+  idle_derivatives.pop_back();
+  return taken;
+}
+
 void ForwardModel::Impl::GiveBack(std::unique_ptr<BandRenderer> renderer) {
   const std::lock_guard lock(mutex);
   idle.push_back(std::move(renderer));
@@ -73,13 +92,13 @@ const PlaneF* ForwardModel::Impl::JunctionOf(int band, const ParameterMaps& maps
 // Renders a band and hands the renderer, which remembers it, and the reflectance to `use`.
 template <class Use>
 void ForwardModel::Impl::RenderAnd(int band, const ParameterMaps& maps, std::span<const PlaneF> light,
-                                   bool keep, const Use& use) {
+                                   bool keep, PlaneF& out, const Use& use) {
   std::unique_ptr<BandRenderer> renderer = Take(maps.width(), maps.height());
   const PlaneF* lit = light.empty() ? nullptr : &light[light.size() == 1 ? 0 : band];
-  PlaneF out = renderer->Render(tables->optics[band], tables->totals[band], tables->widths[band], maps,
-                                JunctionOf(band, maps), tissue.junction_absorbance, lit, keep);
+  renderer->Render(tables->optics[band], tables->totals[band], tables->widths[band], maps,
+                   JunctionOf(band, maps), tissue.junction_absorbance, lit, keep, out);
   if (exit_angle_factor != 1.0f) Scaled(out, exit_angle_factor, out);
-  use(*renderer, std::move(out));
+  use(*renderer);
   GiveBack(std::move(renderer));
 }
 
@@ -174,17 +193,29 @@ const std::vector<BandOptics>& ForwardModel::optics() const {
 
 std::vector<PlaneF> ForwardModel::Render(const ParameterMaps& maps, std::span<const PlaneF> light,
                                          std::vector<BandChoice>* choices) const {
-  if (choices) choices->assign(band_count(), {});
-  CheckMaps(maps, band_count());
-  CheckLight(light, maps, band_count());
-  std::vector<PlaneF> reflectance(band_count());
-  ParallelFor(band_count(), [&](int band) {
-    impl_->RenderAnd(band, maps, light, false, [&](const BandRenderer& renderer, PlaneF out) {
-      reflectance[band] = std::move(out);
+  std::vector<PlaneF> reflectance;
+  impl_->RenderAll(maps, light, reflectance, choices);
+  return reflectance;
+}
+
+void ForwardModel::Render(const ParameterMaps& maps, std::span<const PlaneF> light,
+                          std::vector<PlaneF>& reflectance) const {
+  impl_->RenderAll(maps, light, reflectance, nullptr);
+}
+
+void ForwardModel::Impl::RenderAll(const ParameterMaps& maps, std::span<const PlaneF> light,
+                                   std::vector<PlaneF>& reflectance, std::vector<BandChoice>* choices) {
+  const int bands = static_cast<int>(tables->optics.size());
+  if (choices) choices->assign(bands, {});
+  CheckMaps(maps, bands);
+  CheckLight(light, maps, bands);
+  reflectance.resize(bands);
+  const auto render = [&](int band) {
+    RenderAnd(band, maps, light, false, reflectance[band], [&](const BandRenderer& renderer) {
       if (choices) (*choices)[band] = renderer.choice();
     });
-  });
-  return reflectance;
+  };
+  ParallelFor(bands, std::cref(render));  // a reference: a function of its own would take memory
 }
 
 PlaneF ForwardModel::RenderBand(int band, const ParameterMaps& maps, const PlaneF* light) const {
@@ -193,18 +224,15 @@ PlaneF ForwardModel::RenderBand(int band, const ParameterMaps& maps, const Plane
   const std::span<const PlaneF> lights{light, light ? std::size_t{1} : std::size_t{0}};
   CheckLight(lights, maps, band_count());
   PlaneF reflectance;
-  impl_->RenderAnd(band, maps, lights, false,
-                   [&](BandRenderer&, PlaneF out) { reflectance = std::move(out); });
+  impl_->RenderAnd(band, maps, lights, false, reflectance, [](const BandRenderer&) {});
   return reflectance;
 }
 
 void ForwardModel::Impl::CheckDerivatives() const {
-  if (options.engine == Engine::kLowRank && !options.full_band_integration) return;
+  if (!options.full_band_integration) return;
   throw InputError(
-      "derivatives of a render are those of the engine 'lowrank' with one wavelength a band, but the "
-      "engine is '" +
-      std::string(EngineName(options.engine)) +
-      (options.full_band_integration ? "' with full-band integration" : "'"));
+      "derivatives of a render are those of one wavelength a band, but full-band integration was asked for; "
+      "remedy: leave it out");
 }
 
 std::vector<PlaneF> ForwardModel::Tangent(const ParameterMaps& maps, const ParameterMaps& change,
@@ -214,9 +242,10 @@ std::vector<PlaneF> ForwardModel::Tangent(const ParameterMaps& maps, const Param
   CheckLight(light, maps, band_count());
   std::vector<PlaneF> changes(band_count());
   ParallelFor(band_count(), [&](int band) {
-    impl_->RenderAnd(band, maps, light, true, [&](BandRenderer& renderer, const PlaneF&) {
-      changes[band] = renderer.Tangent(impl_->tables->optics[band], impl_->tables->widths[band], maps, change,
-                                       Impl::JunctionOf(band, change));
+    PlaneF reflectance;
+    impl_->RenderAnd(band, maps, light, true, reflectance, [&](BandRenderer& renderer) {
+      renderer.Tangent(impl_->tables->optics[band], impl_->tables->widths[band], maps, change,
+                       Impl::JunctionOf(band, change), changes[band]);
       Scaled(changes[band], impl_->exit_angle_factor, changes[band]);
     });
   });
@@ -230,9 +259,10 @@ ForwardModel::Kept::Kept(const ForwardModel& model, const ParameterMaps& maps)
   CheckMaps(maps, model.band_count());
   ParallelFor(model.band_count(), [&](int band) {
     renderers_[band] = impl.Take(maps.width(), maps.height());
+    PlaneF reflectance;
     renderers_[band]->Render(impl.tables->optics[band], impl.tables->totals[band], impl.tables->widths[band],
                              maps, Impl::JunctionOf(band, maps), impl.tissue.junction_absorbance, nullptr,
-                             true);
+                             true, reflectance);
   });
 }
 
@@ -242,8 +272,8 @@ std::vector<PlaneF> ForwardModel::Kept::Tangent(const ParameterMaps& change) con
   const Impl& impl = *model_.impl_;
   std::vector<PlaneF> changes(renderers_.size());
   ParallelFor(model_.band_count(), [&](int band) {
-    changes[band] = renderers_[band]->Tangent(impl.tables->optics[band], impl.tables->widths[band], maps_,
-                                              change, Impl::JunctionOf(band, change));
+    renderers_[band]->Tangent(impl.tables->optics[band], impl.tables->widths[band], maps_, change,
+                              Impl::JunctionOf(band, change), changes[band]);
     Scaled(changes[band], impl.exit_angle_factor, changes[band]);
   });
   return changes;
@@ -254,27 +284,30 @@ ParameterMaps ForwardModel::Transpose(const ParameterMaps& maps, const WeighFunc
   impl_->CheckDerivatives();
   CheckMaps(maps, band_count());
   CheckLight(light, maps, band_count());
-  std::vector<ParameterMaps> of_band(band_count());
-  std::vector<PlaneF> junction(band_count());
+  std::vector<Impl::BandDerivatives> by_band = impl_->TakeDerivatives();
   ParallelFor(band_count(), [&](int band) {
-    impl_->RenderAnd(band, maps, light, true, [&](BandRenderer& renderer, const PlaneF& reflectance) {
-      PlaneF weights = weigh(band, reflectance);
+    Impl::BandDerivatives& by = by_band[band];
+    impl_->RenderAnd(band, maps, light, true, by.reflectance, [&](BandRenderer& renderer) {
+      PlaneF weights = weigh(band, by.reflectance);
       Scaled(weights, impl_->exit_angle_factor, weights);
-      renderer.Transpose(impl_->tables->optics[band], impl_->tables->widths[band], maps, std::move(weights),
-                         of_band[band], junction[band]);
+      renderer.Transpose(impl_->tables->optics[band], impl_->tables->widths[band], maps, weights, by.maps,
+                         by.junction);
     });
   });
-  ParameterMaps sum = std::move(of_band[0]);  // in the bands' order: the same for any number of threads
+  ParameterMaps sum;  // in the bands' order: the same for any number of threads
+  sum.planes = by_band[0].maps.planes;
   for (int band = 1; band < band_count(); ++band)
-    for (int k = 0; k < kParameterCount; ++k) AddTo(of_band[band].planes[k], sum.planes[k]);
+    for (int k = 0; k < kParameterCount; ++k) AddTo(by_band[band].maps.planes[k], sum.planes[k]);
   const std::size_t junctions = maps.junction_absorbance.size();
-  if (junctions == 0) return sum;
-  if (junctions > 1) {
-    sum.junction_absorbance = std::move(junction);
-    return sum;
+  for (int band = 0; band < band_count() && junctions > 0; ++band) {
+    if (junctions > 1 || band == 0) {
+      sum.junction_absorbance.push_back(by_band[band].junction);
+    } else {
+      AddTo(by_band[band].junction, sum.junction_absorbance[0]);
+    }
   }
-  for (int band = 1; band < band_count(); ++band) AddTo(junction[band], junction[0]);
-  sum.junction_absorbance = {std::move(junction[0])};
+  const std::lock_guard lock(impl_->mutex);
+  impl_->idle_derivatives.push_back(std::move(by_band));
   return sum;
 }
 

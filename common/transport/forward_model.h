@@ -83,7 +83,7 @@ struct ForwardOptions {
   // Skin around the patch that takes part: beneath the tape, or beyond the border. Automatic: as far as light
   // goes (lowrank), or 1.9 mm.
   double margin_mm = kAutomaticMargin;
-  BeneathTape beneath_tape = BeneathTape::kEdge;  // the engines made of Gaussians know no other
+  BeneathTape beneath_tape = BeneathTape::kEdge;
   // Whether every band with a width is rendered at several wavelengths of its filter. If not, it is rendered
   // once, at its centre, and corrected by the ratio of local closed forms (cheap; the error is tested).
   bool full_band_integration = false;
@@ -138,10 +138,13 @@ class ForwardModel {
   // `choices`, where asked for: of every band (engine `lowrank`).
   std::vector<PlaneF> Render(const ParameterMaps& maps, std::span<const PlaneF> light = {},
                              std::vector<BandChoice>* choices = nullptr) const;
+  // The same into planes that are there: of their shape, it takes no memory once a render was made.
+  void Render(const ParameterMaps& maps, std::span<const PlaneF> light,
+              std::vector<PlaneF>& reflectance) const;
   PlaneF RenderBand(int band, const ParameterMaps& maps, const PlaneF* light = nullptr) const;
 
-  // Derivatives of the render, exact to rounding; of the engine `lowrank`, without full_band_integration
-  // (InputError otherwise). `junction_absorbance` of maps and results has as many planes as that of `maps`.
+  // Derivatives of the render, exact to rounding, of every engine, without full_band_integration (InputError
+  // otherwise). `junction_absorbance` of maps and results has as many planes as that of `maps`.
   //
   // The change of the reflectance, one plane a band, under a change of the maps: the product with the
   // Jacobian. Planes of `change` may be empty: no change.

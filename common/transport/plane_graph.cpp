@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cassert>
 
+#include "common/transport/convolver.h"
 #include "common/transport/domain.h"
 #include "common/transport/paths/attenuation.h"
 #include "common/transport/plane_math.h"
@@ -30,8 +31,7 @@ void PlaneGraph::Clear(bool keep) {
   keep_ = keep;
   ClearDerivatives();
   for (PlaneF& plane : values_) GivePlane(std::move(plane));
-  values_.clear();
-  derivatives_.clear();
+  count_ = 0;
   operations_.clear();
   operands_.clear();
   objects_.clear();
@@ -54,9 +54,12 @@ PlaneF& PlaneGraph::Derivative(Id id) {
 }
 
 PlaneGraph::Id PlaneGraph::NewPlane(int width, int height) {
-  values_.push_back(TakePlane(width, height));
-  derivatives_.emplace_back();
-  return static_cast<Id>(values_.size()) - 1;
+  if (count_ == static_cast<Id>(values_.size())) {
+    values_.emplace_back();
+    derivatives_.emplace_back();
+  }
+  values_[count_] = TakePlane(width, height);
+  return count_++;
 }
 
 PlaneGraph::Id PlaneGraph::Input(int width, int height) {
@@ -75,20 +78,23 @@ PlaneGraph::Id PlaneGraph::Record(Kind kind, Id out, std::span<const Id> operand
 }
 
 PlaneGraph::Id PlaneGraph::SumOfProducts(std::span<const Pair> pairs) {
-  std::vector<Id> operands;
-  for (const auto& [a, b] : pairs) operands.insert(operands.end(), {a, b});
+  listed_.clear();
+  for (const auto& [a, b] : pairs) {
+    listed_.push_back(a);
+    listed_.push_back(b);
+  }
   const PlaneF& first = values_[pairs[0].first];
-  return Record(Kind::kProducts, NewPlane(first.width(), first.height()), operands);
+  return Record(Kind::kProducts, NewPlane(first.width(), first.height()), listed_);
 }
 
 PlaneGraph::Id PlaneGraph::SumOfWeighted(std::span<const Weighted> terms) {
-  std::vector<Id> operands;
+  listed_.clear();
   for (const auto& [a, weight] : terms) {
-    operands.push_back(a);
+    listed_.push_back(a);
     objects_.push_back({.weight = weight});
   }
   const PlaneF& first = values_[terms[0].first];
-  return Record(Kind::kWeighted, NewPlane(first.width(), first.height()), operands);
+  return Record(Kind::kWeighted, NewPlane(first.width(), first.height()), listed_);
 }
 
 PlaneGraph::Id PlaneGraph::Sum(std::span<const Id> terms) {
@@ -136,6 +142,22 @@ PlaneGraph::Id PlaneGraph::AddStencil(Id a, Id to, const Stencil& stencil) {
   objects_.push_back({.stencil = &stencil});
   objects_.push_back({});
   return Record(Kind::kStencil, NewPlane(values_[a].width(), values_[a].height()), operands);
+}
+
+PlaneGraph::Id PlaneGraph::Convolve(Id a, Id mu_a, Convolver& convolver, const ResponseWeights& weights) {
+  const Region& region = weights.region();
+  const Id out = NewPlane(region.width, region.height);
+  const Id operands[] = {a, mu_a, keep_ ? NewPlane(region.width, region.height) : a};
+  objects_.push_back({.convolver = &convolver, .weights = &weights, .region = region});
+  objects_.insert(objects_.end(), 2, {});
+  return Record(Kind::kConvolve, out, operands);
+}
+
+void PlaneGraph::Follows(Id out, Id a, Id slope, const Region& region) {
+  const Id operands[] = {a, slope};
+  objects_.push_back({.region = region});
+  objects_.push_back({});
+  Record(Kind::kFollows, out, operands);
 }
 
 // One operand's part of a linear operation, or of its transpose: out = part(in).
@@ -208,127 +230,17 @@ void PlaneGraph::Compute(const Operation& operation) {
       stencils_.AddTo(a, *objects_[operation.object].stencil, nullptr, out);
       break;
     }
+    case Kind::kConvolve: {
+      const Object& object = objects_[operation.object];
+      const ConvolutionTarget target{object.weights, &out, keep_ ? &values_[Operand(operation, 2)] : nullptr};
+      object.convolver->Convolve(a, {&target, 1});
+      break;
+    }
+    case Kind::kFollows:
+      break;
     default:
       ApplyLinear(operation, false, 0, a, out);
   }
-}
-
-// Adds to the derivatives by the operands what the one by the result says.
-void PlaneGraph::Backward(const Operation& operation) {
-  const PlaneF& weights = derivatives_[operation.out];
-  const Id a = Operand(operation, 0);
-  switch (operation.kind) {
-    case Kind::kProducts:
-      for (int i = 0; i < operation.count; i += 2) {
-        const Id x = Operand(operation, i), y = Operand(operation, i + 1);
-        AddProduct(weights, values_[y], Derivative(x));
-        AddProduct(weights, values_[x], Derivative(y));
-      }
-      break;
-    case Kind::kWeighted:
-      for (int i = 0; i < operation.count; ++i)
-        AddProduct(weights, *objects_[operation.object + i].weight, Derivative(Operand(operation, i)));
-      break;
-    case Kind::kSum:
-      for (int i = 0; i < operation.count; ++i) AddTo(weights, Derivative(Operand(operation, i)));
-      break;
-    case Kind::kScale:
-      AddScaled(weights, operation.factor, Derivative(a));
-      break;
-    case Kind::kExponential:
-      AddProductScaled(weights, values_[operation.out], -operation.length, Derivative(a));
-      break;
-    case Kind::kGeometric: {
-      const Id q = Operand(operation, 1);
-      PlaneF &by_a = Derivative(a), &by_q = Derivative(q);
-      for (std::size_t i = 0; i < weights.size(); ++i) {
-        const float rest = 1.0f / (1.0f - values_[q].data()[i]);
-        by_a.data()[i] += weights.data()[i] * values_[q].data()[i] * rest;
-        by_q.data()[i] += weights.data()[i] * values_[a].data()[i] * rest * rest;
-      }
-      break;
-    }
-    case Kind::kStencil:
-      stencils_.AddTo(weights, *objects_[operation.object].stencil, nullptr, Derivative(a));
-      AddTo(weights, Derivative(Operand(operation, 1)));
-      break;
-    default: {
-      PlaneF part = TakePlane(values_[a].width(), values_[a].height());
-      ApplyLinear(operation, true, 0, weights, part);
-      AddTo(part, Derivative(a));
-      GivePlane(std::move(part));
-    }
-  }
-}
-
-// Adds to the change of the result what the operands' changes make of it.
-void PlaneGraph::Forward(const Operation& operation) {
-  const Id a = Operand(operation, 0), out = operation.out;
-  bool any = false;
-  for (int i = 0; i < operation.count; ++i) any = any || Has(Operand(operation, i));
-  if (!any) return;
-  switch (operation.kind) {
-    case Kind::kProducts:
-      for (int i = 0; i < operation.count; i += 2) {
-        const Id x = Operand(operation, i), y = Operand(operation, i + 1);
-        if (Has(x)) AddProduct(derivatives_[x], values_[y], Derivative(out));
-        if (Has(y)) AddProduct(values_[x], derivatives_[y], Derivative(out));
-      }
-      break;
-    case Kind::kWeighted:
-      for (int i = 0; i < operation.count; ++i)
-        if (const Id x = Operand(operation, i); Has(x))
-          AddProduct(derivatives_[x], *objects_[operation.object + i].weight, Derivative(out));
-      break;
-    case Kind::kSum:
-      for (int i = 0; i < operation.count; ++i)
-        if (const Id x = Operand(operation, i); Has(x)) AddTo(derivatives_[x], Derivative(out));
-      break;
-    case Kind::kScale:
-      AddScaled(derivatives_[a], operation.factor, Derivative(out));
-      break;
-    case Kind::kExponential:
-      AddProductScaled(derivatives_[a], values_[out], -operation.length, Derivative(out));
-      break;
-    case Kind::kGeometric: {
-      const Id q = Operand(operation, 1);
-      PlaneF& change = Derivative(out);
-      for (std::size_t i = 0; i < change.size(); ++i) {
-        const float rest = 1.0f / (1.0f - values_[q].data()[i]);
-        if (Has(a)) change.data()[i] += derivatives_[a].data()[i] * values_[q].data()[i] * rest;
-        if (Has(q)) change.data()[i] += derivatives_[q].data()[i] * values_[a].data()[i] * rest * rest;
-      }
-      break;
-    }
-    case Kind::kStencil:
-      if (Has(a))
-        stencils_.AddTo(derivatives_[a], *objects_[operation.object].stencil, nullptr, Derivative(out));
-      if (const Id to = Operand(operation, 1); Has(to)) AddTo(derivatives_[to], Derivative(out));
-      break;
-    default:
-      ApplyLinear(operation, false, 0, derivatives_[a], Derivative(out));
-  }
-}
-
-void PlaneGraph::Transpose(Id of, const PlaneF& weights, std::span<const Id> inputs,
-                           std::span<PlaneF> derivatives) {
-  ClearDerivatives();
-  PlaneF& seed = Derivative(of);
-  std::copy(weights.values().begin(), weights.values().end(), seed.values().begin());
-  for (auto operation = operations_.rbegin(); operation != operations_.rend(); ++operation)
-    if (Has(operation->out)) Backward(*operation);
-  for (std::size_t i = 0; i < inputs.size(); ++i) derivatives[i] = Derivative(inputs[i]);
-}
-
-void PlaneGraph::Tangent(std::span<const Id> inputs, std::span<const PlaneF> changes, Id of, PlaneF& change) {
-  ClearDerivatives();
-  for (std::size_t i = 0; i < inputs.size(); ++i) {
-    if (changes[i].empty()) continue;
-    PlaneF& seed = Derivative(inputs[i]);
-    std::copy(changes[i].values().begin(), changes[i].values().end(), seed.values().begin());
-  }
-  for (const Operation& operation : operations_) Forward(operation);
-  change = Derivative(of);
 }
 
 }  // namespace dermap

@@ -13,11 +13,15 @@
 
 #include "common/core/image.h"
 #include "common/transport/blur.h"
+#include "common/transport/domain.h"
 #include "common/transport/paths/cosine_transform.h"
 #include "common/transport/paths/line_map.h"
 #include "common/transport/paths/stencil.h"
 
 namespace dermap {
+
+class Convolver;
+class ResponseWeights;
 
 // One a thread. What is passed by reference (maps, kernels, transforms) is borrowed until Clear().
 class PlaneGraph {
@@ -54,6 +58,10 @@ class PlaneGraph {
   Id Map(Id a, PlaneMap& map, PlaneMap& transposed);
   // to + stencil * a; where the record is not kept, `to` is used up.
   Id AddStencil(Id a, Id to, const Stencil& stencil);
+  // A response of skin whose mu_a, on the whole domain, says its weights in every pixel.
+  Id Convolve(Id a, Id mu_a, Convolver& convolver, const ResponseWeights& weights);
+  // `out`, which the caller filled, changes by `slope` times the change of `a` in this region of it.
+  void Follows(Id out, Id a, Id slope, const Region& region);
 
   // Backwards: from `weights` of one plane to the derivatives of their product by `inputs`, in this order.
   void Transpose(Id of, const PlaneF& weights, std::span<const Id> inputs, std::span<PlaneF> derivatives);
@@ -72,7 +80,9 @@ class PlaneGraph {
     kToSpectrum,
     kFromSpectrum,
     kMap,
-    kStencil
+    kStencil,
+    kConvolve,
+    kFollows
   };
   struct Operation {
     Kind kind;
@@ -87,6 +97,10 @@ class PlaneGraph {
   void Compute(const Operation& operation);
   // Changes of a plane or weights upon it; none where empty, zeros when first asked for.
   PlaneF& Derivative(Id id);
+  void AddDerivative(Id id, const PlaneF& part);
+  void AddDerivative(Id id, const PlaneF& a, const PlaneF& b);  // their product
+  template <class Apply>
+  void AddDerivativeBy(Id id, const Apply& apply);
   bool Has(Id id) const { return !derivatives_[id].empty(); }
   void ClearDerivatives();
   void ApplyLinear(const Operation& operation, bool transposed, int operand, const PlaneF& in, PlaneF& out);
@@ -102,16 +116,21 @@ class PlaneGraph {
   SeparableBlur blur_, mirrored_blur_;
   StencilRunner stencils_;
   bool keep_ = true;
-  std::deque<PlaneF> values_, derivatives_;
+  std::deque<PlaneF> values_, derivatives_;  // of which the first count_ are in use
+  Id count_ = 0;
+  std::vector<Id> listed_;  // scratch
   std::vector<Operation> operations_;
   std::vector<Id> operands_;
-  // What an operation works with: a kernel, a plane of weights, a transform, a map and its transpose.
+  // What an operation works with: a kernel, a plane of weights, a transform, a map and its transpose, ...
   struct Object {
     const PlaneF* weight = nullptr;
     const SymmetricKernel* kernel = nullptr;
     const Stencil* stencil = nullptr;
     CosineTransform* transform = nullptr;
     PlaneMap *map = nullptr, *transposed = nullptr;
+    Convolver* convolver = nullptr;
+    const ResponseWeights* weights = nullptr;
+    Region region{};
   };
   std::vector<Object> objects_;
   std::map<std::pair<int, int>, std::vector<PlaneF>> free_;  // planes by shape

@@ -6,6 +6,7 @@
 #include <cmath>
 
 #include "common/core/kernel.h"
+#include "common/transport/plane_math.h"
 
 namespace dermap {
 namespace {
@@ -43,6 +44,17 @@ void AveragePairs(const float* upper, const float* lower, int n, float* __restri
   for (int x = 0; x < n; ++x) {
     out[x] = 0.25f * ((upper[2 * x] + upper[2 * x + 1]) + (lower[2 * x] + lower[2 * x + 1]));
   }
+}
+
+// The transpose of AveragePairs, for one of the two rows.
+DERMAP_KERNEL
+void SpreadPairs(const float* in, int n, float* __restrict out) noexcept {
+  for (int x = 0; x < n; ++x) out[2 * x] = out[2 * x + 1] = 0.25f * in[x];
+}
+
+DERMAP_KERNEL
+void AddScaledRow(const float* in, float factor, int n, float* __restrict out) noexcept {
+  for (int x = 0; x < n; ++x) out[x] += factor * in[x];
 }
 
 DERMAP_KERNEL
@@ -133,16 +145,19 @@ const SymmetricKernel& PyramidConvolver::Kernel(int from_level, int from, int to
   return kernel;
 }
 
+// Which of a level's rows stands for `row`, which may lie beyond the border; -1: none.
+int PyramidConvolver::LevelRow(int row, int height) const {
+  if (row >= 0 && row < height) return row;
+  return border_ == Border::kMirror ? MirroredIndex(row, height) : -1;
+}
+
 const float* PyramidConvolver::UpsampledRow(const PlaneF& plane, const Upsampler& upsampler, int y) {
   const int scale = upsampler.scale, n = plane.width();
   const int base_y = static_cast<int>(std::floor(LevelPosition(y, scale)));
   const float* rows[4];
   for (int k = 0; k < 4; ++k) {
-    const int row = base_y - 1 + k;
-    const bool inside = row >= 0 && row < plane.height();
-    rows[k] = inside                       ? plane.Row(row)
-              : border_ == Border::kMirror ? plane.Row(MirroredIndex(row, plane.height()))
-                                           : zero_row_.data();
+    const int row = LevelRow(base_y - 1 + k, plane.height());
+    rows[k] = row >= 0 ? plane.Row(row) : zero_row_.data();
   }
   float* spline = spline_row_.data() + kSplinePad;
   CombineRows(rows, upsampler.along_y[y % scale].data(), n, spline);
@@ -171,8 +186,7 @@ void PyramidConvolver::Accumulate(const PlaneF& plane, int level, int gaussian,
       const int row = y - region.y;
       if (!target.weights->active(gaussian) || row < 0 || row >= region.height) continue;
       if (!values) values = level == 0 ? plane.Row(y) : UpsampledRow(plane, upsamplers_[level], y);
-      AccumulateRow(target.weights->plane(gaussian).Row(row), values + region.x, region.width,
-                    target.out->Row(row));
+      AccumulateTarget(target, gaussian, row, values + region.x);
     }
   }
 }
@@ -191,6 +205,86 @@ void PyramidConvolver::Convolve(const PlaneF& input, std::span<const Convolution
     last = gaussian;
     Accumulate(planes_[level], level, gaussian, targets);
   }
+}
+
+void PyramidConvolver::Ascend(int from_level, int to_level) {
+  for (int level = from_level; level > to_level; --level) {
+    const PlaneF& coarse = planes_[level];
+    PlaneF& fine = planes_[level - 1];
+    for (int y = 0; y < fine.height(); ++y) SpreadPairs(coarse.Row(y / 2), coarse.width(), fine.Row(y));
+  }
+}
+
+void PyramidConvolver::AddWeighted(const PlaneF& result, const ResponseWeights& weights, int gaussian,
+                                   int level) {
+  const Region& region = weights.region();
+  const PlaneF& plane = weights.plane(gaussian);
+  if (level == 0) {
+    for (int y = 0; y < region.height; ++y)
+      AccumulateRow(plane.Row(y), result.Row(y), region.width, planes_[0].Row(y + region.y) + region.x);
+    return;
+  }
+  const Upsampler& upsampler = upsamplers_[level];
+  const int height = planes_[level].height();
+  Fill(rows_coarsened_, domain_.width, height, 0.0f);
+  std::fill(full_row_.begin(), full_row_.end(), 0.0f);
+  for (int y = 0; y < region.height; ++y) {
+    std::fill_n(full_row_.data() + region.x, region.width, 0.0f);
+    AccumulateRow(plane.Row(y), result.Row(y), region.width, full_row_.data() + region.x);
+    const int fine_y = y + region.y;
+    const int base_y = static_cast<int>(std::floor(LevelPosition(fine_y, upsampler.scale)));
+    for (int k = 0; k < 4; ++k) {
+      const int row = LevelRow(base_y - 1 + k, height);
+      if (row < 0) continue;
+      AddScaledRow(full_row_.data(), upsampler.along_y[fine_y % upsampler.scale][k], domain_.width,
+                   rows_coarsened_.Row(row));
+    }
+  }
+  AddCoarsened(level);
+}
+
+// planes_[level] += rows_coarsened_, made coarser along x.
+void PyramidConvolver::AddCoarsened(int level) {
+  const Upsampler& upsampler = upsamplers_[level];
+  PlaneF& plane = planes_[level];
+  const int n = plane.width(), scale = upsampler.scale;
+  float* spline = spline_row_.data() + kSplinePad;
+  for (int y = 0; y < plane.height(); ++y) {
+    std::fill(spline_row_.begin(), spline_row_.end(), 0.0f);
+    const float* row = rows_coarsened_.Row(y);
+    for (int x = 0; x < domain_.width; ++x) {
+      float* from = spline + (x + scale / 2) / scale - 2;
+      for (int k = 0; k < 4; ++k) from[k] += upsampler.along_x[k][x] * row[x];
+    }
+    for (int k = 1; border_ == Border::kMirror && k <= kSplinePad; ++k) {
+      spline[MirroredIndex(-k, n)] += spline[-k];
+      spline[MirroredIndex(n - 1 + k, n)] += spline[n - 1 + k];
+    }
+    AddScaledRow(spline, 1.0f, n, plane.Row(y));
+  }
+}
+
+// The same steps from the widest Gaussian down. A blur is its own transpose.
+void PyramidConvolver::ConvolveTransposed(const PlaneF& result, const ResponseWeights& weights,
+                                          PlaneF& input) {
+  assert(result.SameShape(weights.region().width, weights.region().height));
+  std::array<int, kGaussianCount> levels{};
+  int level = 0, last = -1;
+  for (int gaussian = 0; gaussian < kGaussianCount; ++gaussian) {
+    if (!weights.active(gaussian)) continue;
+    levels[gaussian] = level = LevelAfter(level, last);
+    last = gaussian;
+  }
+  Fill(planes_[level], planes_[level].width(), planes_[level].height(), 0.0f);
+  for (int gaussian = last; gaussian >= 0; gaussian = weights.ActiveBefore(gaussian)) {
+    const int before = weights.ActiveBefore(gaussian), next_level = before < 0 ? 0 : levels[before];
+    level = levels[gaussian];
+    AddWeighted(result, weights, gaussian, level);
+    blurs_[level].Apply(planes_[level], Kernel(next_level, before, level, gaussian), planes_[level]);
+    Ascend(level, next_level);
+  }
+  EnsureShape(input, domain_.width, domain_.height);
+  std::copy(planes_[0].values().begin(), planes_[0].values().end(), input.values().begin());
 }
 
 }  // namespace dermap

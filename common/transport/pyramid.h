@@ -22,6 +22,7 @@ class PyramidConvolver : public Convolver {
  public:
   PyramidConvolver(const Domain& domain, double pixel_size_mm, Border border);
   void Convolve(const PlaneF& input, std::span<const ConvolutionTarget> targets) override;
+  void ConvolveTransposed(const PlaneF& result, const ResponseWeights& weights, PlaneF& input) override;
 
  private:
   // Cubic B-spline weights that take a level (pixels of 2^level) to full resolution, along x and along y.
@@ -37,6 +38,11 @@ class PyramidConvolver : public Convolver {
   void Accumulate(const PlaneF& level_plane, int level, int gaussian,
                   std::span<const ConvolutionTarget> targets);
   const float* UpsampledRow(const PlaneF& level_plane, const Upsampler& upsampler, int y);
+  int LevelRow(int row, int height) const;
+  // The transposes of Descend, Accumulate and UpsampledRow.
+  void Ascend(int from_level, int to_level);
+  void AddWeighted(const PlaneF& result, const ResponseWeights& weights, int gaussian, int level);
+  void AddCoarsened(int level);
 
   Domain domain_;
   double pixel_size_mm_;
@@ -44,6 +50,7 @@ class PyramidConvolver : public Convolver {
   std::vector<PlaneF> planes_;         // one a level
   std::vector<SeparableBlur> blurs_;   // one a level
   std::vector<Upsampler> upsamplers_;  // [0] is unused
+  PlaneF rows_coarsened_;
   std::vector<float> spline_row_, expanded_row_, full_row_, zero_row_;
   std::map<std::tuple<int, int, int, int>, SymmetricKernel> kernels_;
 };

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <string_view>
 
 #include "common/core/error.h"
 #include "common/optics/path_kernels.h"
@@ -21,26 +22,26 @@ std::string Shape(const PlaneF& plane) {
   return std::to_string(plane.width()) + " x " + std::to_string(plane.height());
 }
 
-void CheckFinite(const PlaneF& plane, const std::string& name) {
+void CheckFinite(const PlaneF& plane, std::string_view name) {
   const auto bad =
       std::find_if(plane.values().begin(), plane.values().end(), [](float v) { return !std::isfinite(v); });
   if (bad == plane.values().end()) return;
   const auto at = bad - plane.values().begin();
-  throw InputError("map '" + name + "' holds a value that is not a finite number at x = " +
+  throw InputError("map '" + std::string(name) + "' holds a value that is not a finite number at x = " +
                    std::to_string(at % plane.width()) + ", y = " + std::to_string(at / plane.width()) +
                    "; every pixel needs one: fill in what is missing before rendering");
 }
 
-void CheckShape(const PlaneF& plane, const std::string& name, const ParameterMaps& maps) {
+void CheckShape(const PlaneF& plane, std::string_view name, const ParameterMaps& maps) {
   if (plane.SameShape(maps[Parameter::kC_m])) return;
-  throw InputError("map '" + name + "' is " + Shape(plane) + " pixels but C_m is " +
+  throw InputError("map '" + std::string(name) + "' is " + Shape(plane) + " pixels but C_m is " +
                    Shape(maps[Parameter::kC_m]) + "; all planes of a render must have one shape");
 }
 
 // One plane for all bands, or one a band.
-void CheckCount(std::size_t found, int band_count, const std::string& name) {
+void CheckCount(std::size_t found, int band_count, std::string_view name) {
   if (found == 1 || found == static_cast<std::size_t>(band_count)) return;
-  throw InputError("there are " + std::to_string(found) + " planes of " + name + " for " +
+  throw InputError("there are " + std::to_string(found) + " planes of " + std::string(name) + " for " +
                    std::to_string(band_count) + " bands; give one for all bands or one a band");
 }
 
@@ -68,9 +69,6 @@ void CheckModelInputs(std::span<const Band> bands, const ImagingConditions& cond
   if (!automatic && (!(options.margin_mm >= 0.0) || options.margin_mm > kLongestMargin_mm)) {
     throw InputError("the margin is " + std::to_string(options.margin_mm) + " mm; it must be 0 to 50 mm");
   }
-  if (options.beneath_tape != BeneathTape::kEdge && options.engine != Engine::kLowRank)
-    throw InputError("the engine '" + std::string(EngineName(options.engine)) +
-                     "' takes skin beneath the tape as at the edge; remedy: --engine lowrank");
   if (options.terms != kAutomaticTerms && (options.terms < 0 || options.terms > kMostTerms)) {
     throw InputError("the number of inter-scattering terms is " + std::to_string(options.terms) +
                      "; it must be 0 to 1000 (or left out: automatic)");
@@ -89,7 +87,7 @@ void CheckMaps(const ParameterMaps& maps, int band_count) {
   if (maps[Parameter::kC_m].empty())
     throw InputError("the parameter maps have no pixels; nothing can be rendered");
   for (int i = 0; i < kParameterCount; ++i) {
-    const std::string name(kParameters[i].name);
+    const std::string_view name = kParameters[i].name;
     CheckShape(maps.planes[i], name, maps);
     CheckFinite(maps.planes[i], name);
   }

@@ -3,6 +3,7 @@
 #include "common/transport/response_weights.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "common/core/kernel.h"
 
@@ -17,6 +18,13 @@ Column ColumnOf(const ProfileTable& table, int gaussian) {
   for (int i = 0; i < kTableSize; ++i) column[i] = table.entries()[i][gaussian];
   column[kTableSize] = column[kTableSize - 1];
   return column;
+}
+
+// d position / d mu_a, where mu_a is within the tables: they are spaced by its logarithm.
+float PositionSlope(float mu_a) {
+  static const auto steps = static_cast<float>(1.0 / std::log(TableMuA(1) / TableMuA(0)));
+  return mu_a > static_cast<float>(kTableMinMuA) && mu_a < static_cast<float>(kTableMaxMuA) ? steps / mu_a
+                                                                                            : 0.0f;
 }
 
 bool IsActive(const Column& column, const TablePositions& positions) {
@@ -35,58 +43,60 @@ void InterpolateColumn(const float* column, const int* index, const float* fract
   }
 }
 
+DERMAP_KERNEL
+void InterpolateColumnSlope(const float* column, const int* index, const float* slope, int n,
+                            float* __restrict out) noexcept {
+  for (int x = 0; x < n; ++x) out[x] = slope[x] * (column[index[x] + 1] - column[index[x]]);
+}
+
 void TablePositions::Set(const PlaneF& mu_a, const Domain& domain) {
-  if (!index.SameShape(domain.width, domain.height)) index = Plane<int>(domain.width, domain.height);
-  EnsureShape(fraction, domain.width, domain.height);
-  const Region& patch = domain.patch;
+  PlaneF whole;
+  ReplicateOutwards(mu_a, domain, whole);
+  SetWhole(whole, false);
+}
+
+void TablePositions::SetWhole(const PlaneF& mu_a, bool slopes) {
+  if (!index.SameShape(mu_a)) index = Plane<int>(mu_a.width(), mu_a.height());
+  EnsureShape(fraction, mu_a.width(), mu_a.height());
+  if (slopes) EnsureShape(slope, mu_a.width(), mu_a.height());
   lowest = kTableSize;
   highest = 0;
-  for (int y = 0; y < patch.height; ++y) {
-    int* indices = index.Row(y + patch.y);
-    float* fractions = fraction.Row(y + patch.y);
-    for (int x = 0; x < patch.width; ++x) {
-      const TablePosition position = PositionInTable(mu_a(x, y));
-      indices[x + patch.x] = position.index;
-      fractions[x + patch.x] = position.fraction;
-      lowest = std::min(lowest, position.index);
-      highest = std::max(highest, position.index + 1);
-    }
-    const int right = patch.x + patch.width;
-    std::fill(indices, indices + patch.x, indices[patch.x]);
-    std::fill(fractions, fractions + patch.x, fractions[patch.x]);
-    std::fill(indices + right, indices + domain.width, indices[right - 1]);
-    std::fill(fractions + right, fractions + domain.width, fractions[right - 1]);
-  }
-  for (int y = 0; y < domain.height; ++y) {
-    const int from = std::clamp(y, patch.y, patch.y + patch.height - 1);
-    if (from == y) continue;
-    std::copy(index.Row(from), index.Row(from) + domain.width, index.Row(y));
-    std::copy(fraction.Row(from), fraction.Row(from) + domain.width, fraction.Row(y));
+  const float* values = mu_a.data();
+  for (std::size_t i = 0; i < mu_a.size(); ++i) {
+    const TablePosition position = PositionInTable(values[i]);
+    index.data()[i] = position.index;
+    fraction.data()[i] = position.fraction;
+    lowest = std::min(lowest, position.index);
+    highest = std::max(highest, position.index + 1);
+    if (slopes) slope.data()[i] = PositionSlope(values[i]);
   }
 }
 
-void ResponseWeights::Set(const ProfileTable& table, const TablePositions& positions, const Region& region) {
-  SetTwo(table, table, positions, region, region);
+void ResponseWeights::Set(const ProfileTable& table, const TablePositions& positions, const Region& region,
+                          bool slopes) {
+  SetTwo(table, table, positions, region, region, slopes);
 }
 
 void ResponseWeights::SetTwo(const ProfileTable& table, const ProfileTable& outside,
-                             const TablePositions& positions, const Region& region, const Region& patch) {
+                             const TablePositions& positions, const Region& region, const Region& patch,
+                             bool slopes) {
   region_ = region;
   for (int gaussian = 0; gaussian < kGaussianCount; ++gaussian) {
     const Column inner = ColumnOf(table, gaussian);
     const Column outer = &outside == &table ? inner : ColumnOf(outside, gaussian);
     active_[gaussian] = IsActive(inner, positions) || IsActive(outer, positions);
     if (!active_[gaussian]) continue;
-    PlaneF& plane = planes_[gaussian];
-    EnsureShape(plane, region.width, region.height);
+    EnsureShape(planes_[gaussian], region.width, region.height);
+    if (slopes) EnsureShape(slopes_[gaussian], region.width, region.height);
     for (int y = 0; y < region.height; ++y) {
       const int* index = positions.index.Row(y + region.y);
-      const float* fraction = positions.fraction.Row(y + region.y);
       const auto fill = [&](const Column& column, int from, int to) {  // x of the domain
-        if (to > from) {
-          InterpolateColumn(column.data(), index + from, fraction + from, to - from,
-                            plane.Row(y) + from - region.x);
-        }
+        if (to <= from) return;
+        InterpolateColumn(column.data(), index + from, positions.fraction.Row(y + region.y) + from, to - from,
+                          planes_[gaussian].Row(y) + from - region.x);
+        if (slopes)
+          InterpolateColumnSlope(column.data(), index + from, positions.slope.Row(y + region.y) + from,
+                                 to - from, slopes_[gaussian].Row(y) + from - region.x);
       };
       const int right = region.x + region.width;
       const bool in_patch = y + region.y >= patch.y && y + region.y < patch.y + patch.height;
@@ -97,6 +107,12 @@ void ResponseWeights::SetTwo(const ProfileTable& table, const ProfileTable& outs
       fill(outer, inner_to, right);
     }
   }
+}
+
+int ResponseWeights::ActiveBefore(int gaussian) const {
+  do --gaussian;
+  while (gaussian >= 0 && !active_[gaussian]);
+  return gaussian;
 }
 
 }  // namespace dermap

@@ -30,11 +30,11 @@ double EffectiveAttenuation(double mu_a, double mu_s) {
 
 // Share of a response that is left at frequency k.
 double ShareAt(const TransformTable& table, double mu_a, double k_per_mm) {
-  const std::vector<double> transform = table.At(mu_a);
   const auto k = TableFrequencies_per_mm();
   const auto above = std::lower_bound(k.begin(), k.end(), k_per_mm);
   const std::size_t i = std::min<std::size_t>(above - k.begin(), k.size() - 1);
-  return transform[0] > 0.0 ? std::clamp(transform[i] / transform[0], 0.0, 1.0) : 1.0;
+  const double total = table.At(mu_a, 0);
+  return total > 0.0 ? std::clamp(table.At(mu_a, i) / total, 0.0, 1.0) : 1.0;
 }
 
 // How far closed forms are off under light that goes on: what of the scene's contrast transport would level
@@ -75,7 +75,6 @@ BandChoice ChooseModel(const BandTables& tables, const LocalTotals& totals, doub
     choice.error = std::hypot(LocalError(tables, totals, scene, conditions.pixel_size_mm), kTables);
     if (choice.error <= kShareOfTolerance * options.tolerance) {
       choice.rung = Rung::kLocal;
-      choice.why = "Light goes on beyond the border, and transport would level out less than the tolerance.";
       return choice;
     }
   }
@@ -114,15 +113,20 @@ void AddPaths(const PathPlan& plan, const PathFrames& frames, double tolerance, 
             : frames.window                ? kGridsOfWindow
                                            : kGridsOfUniform;
   choice.error = std::hypot(std::hypot(choice.error, kRounding), plan.error, grids);
+}
+
+std::string Explain(const BandChoice& choice, bool window) {
+  if (choice.rung == Rung::kLocal)
+    return "Light goes on beyond the border, and transport would level out less than the tolerance.";
   char text[240];
   std::snprintf(
       text, sizeof text,
       "The scene's range of absorption needs %d path lengths in the epidermis and %d in the dermis, its "
       "lightest skin %d terms",
       choice.epidermis_paths, choice.dermis_paths, choice.terms);
-  choice.why = text;
+  std::string why = text;
   std::snprintf(text, sizeof text, " and %.1f mm of skin beneath the tape.", choice.margin_mm);
-  choice.why += frames.window ? text : ".";
+  return why + (window ? text : ".");
 }
 
 }  // namespace dermap

@@ -22,5 +22,7 @@ BandChoice ChooseModel(const BandTables& tables, const LocalTotals& totals, doub
                        const ForwardOptions& options, int most_terms);
 // Completes it.
 void AddPaths(const PathPlan& plan, const PathFrames& frames, double tolerance, BandChoice& choice);
+// One sentence.
+std::string Explain(const BandChoice& choice, bool window);
 
 }  // namespace dermap

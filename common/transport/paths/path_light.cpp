@@ -14,6 +14,10 @@ namespace {
 void FoldOntoPatch(const PlaneF& widened, const Domain& domain, PlaneF& patch) {
   const Region& region = domain.patch;
   EnsureShape(patch, region.width, region.height);
+  if (region == domain.Whole()) {
+    std::copy(widened.values().begin(), widened.values().end(), patch.values().begin());
+    return;
+  }
   std::fill(patch.values().begin(), patch.values().end(), 0.0f);
   for (int y = 0; y < domain.height; ++y) {
     float* to = patch.Row(std::clamp(y - region.y, 0, region.height - 1));
@@ -123,9 +127,9 @@ bool PathLight::NeedsStencil(std::size_t level, std::size_t path) const {
 // Light along every path length on every grid, and its spectrum on the last.
 void PathLight::Enter(const SeriesInput& input) {
   const std::size_t paths = plan_->epidermis_mm.size();
-  light_at_.assign(paths, {});
+  for (auto& levels : light_at_) levels.clear();
   entering_.clear();
-  light_ = input.light;
+  light_ = &input.light;
   for (std::size_t j = 0; j < paths; ++j) {
     if (!reciprocal() && j > 0) {  // the same for all
       light_at_[j] = light_at_[0];
@@ -134,10 +138,10 @@ void PathLight::Enter(const SeriesInput& input) {
     }
     Id light = 0;
     if (reciprocal()) {
-      light = graph_.Weigh(epidermis_.fine[j], light_);
+      light = graph_.Weigh(epidermis_.fine[j], *light_);
     } else {
-      light = graph_.Input(light_.width(), light_.height());
-      graph_.Value(light) = light_;
+      light = graph_.Input(light_->width(), light_->height());
+      std::copy(light_->values().begin(), light_->values().end(), graph_.Value(light).values().begin());
     }
     light_at_[j].push_back(light);
     for (std::size_t level = 0; level < light_down_.size(); ++level) {
@@ -155,7 +159,7 @@ PathLight::Id PathLight::Ballistic(Id junction) {
   const Id passes = graph_.Exponential(mu_a_epidermis_, plan_->ballistic_mm, plan_->ballistic_share);
   const Id through = graph_.Product(passes, junction);
   graph_.Done(passes);
-  const Id lit = graph_.Weigh(through, light_);
+  const Id lit = graph_.Weigh(through, *light_);
   graph_.Done(through);
   return LightToWhole(lit);
 }
@@ -163,7 +167,7 @@ PathLight::Id PathLight::Ballistic(Id junction) {
 // R2 * down, and R2 of ballistic light where there is some.
 PathLight::Id PathLight::ReturnFromDermis(Id down, const Id* ballistic, const PathPlan::Kernels& diffuse,
                                           const Ids& ends, CosineTransform& transform) {
-  std::vector<PlaneGraph::Pair> leaving;
+  Pairs leaving;
   Id spectrum = 0, unscattered = 0;
   for (std::size_t j = 0; j < ends.size(); ++j) {
     if (reciprocal() || j == 0) {
@@ -173,14 +177,14 @@ PathLight::Id PathLight::ReturnFromDermis(Id down, const Id* ballistic, const Pa
     const PlaneGraph::Weighted both[] = {{spectrum, &diffuse.planes[j]},
                                          {unscattered, ballistic ? &plan_->r2_normal.planes[j] : nullptr}};
     const Id returned = graph_.SumOfWeighted(std::span(both).first(ballistic ? 2 : 1));
-    leaving.emplace_back(ends[j], graph_.FromSpectrum(returned, transform));
+    leaving.push_back({ends[j], graph_.FromSpectrum(returned, transform)});
   }
   return graph_.SumOfProducts(leaving);
 }
 
 // R1- * up; under black tape what meets the surface stays there.
 PathLight::Id PathLight::ReturnFromEpidermis(Id up, bool black_tape) {
-  std::vector<PlaneGraph::Pair> leaving;
+  Pairs leaving;
   Id spectrum = 0;
   for (std::size_t j = 0; j < epidermis_.rest.size(); ++j) {
     if (reciprocal() || j == 0) spectrum = graph_.ToSpectrum(At(up, epidermis_.rest, j), rest_transform_);
@@ -192,7 +196,7 @@ PathLight::Id PathLight::ReturnFromEpidermis(Id up, bool black_tape) {
       const PlaneGraph::Weighted shares[] = {{returned, &patch_share_rest_}, {black, &tape_share_rest_}};
       returned = graph_.SumOfWeighted(shares);
     }
-    leaving.emplace_back(epidermis_.rest[j], returned);
+    leaving.push_back({epidermis_.rest[j], returned});
   }
   return graph_.SumOfProducts(leaving);
 }
@@ -200,7 +204,8 @@ PathLight::Id PathLight::ReturnFromEpidermis(Id up, bool black_tape) {
 // What one more passage is to the last where skin and light are uniform: A^2 R1- R2.
 PathLight::Id PathLight::Quotient(bool black_tape) {
   const auto whole_path = [&](Id end) { return reciprocal() ? graph_.Product(end, end) : end; };
-  Ids above, below;
+  Ids below;
+  ShortList<Id, 2 * kMostPaths> above;
   for (std::size_t j = 0; j < epidermis_.rest.size(); ++j) {
     const Id path = whole_path(epidermis_.rest[j]);
     const auto total = static_cast<float>(plan_->r1_backward_rest.totals[j]);
@@ -223,36 +228,35 @@ PathLight::Id PathLight::Quotient(bool black_tape) {
 PathLight::Id PathLight::Below(const SeriesInput& input, Id junction) {
   const Id whole = SkinToWhole(junction);
   junction_rest_ = Map(whole, to_rest_);
-  std::vector<PlaneGraph::Pair> leaving;
+  Pairs leaving;
   for (std::size_t j = 0; j < epidermis_.whole.size(); ++j) {
     const Id through =
         graph_.FromSpectrum(graph_.Weigh(entering_[j], plan_->t1_forward.planes[j]), whole_transform_);
-    leaving.emplace_back(epidermis_.whole[j], through);
+    leaving.push_back({epidermis_.whole[j], through});
   }
   const Id down = graph_.Product(graph_.SumOfProducts(leaving), whole);
   const bool has_ballistic = input.totals.has_ballistic();
   const Id ballistic = has_ballistic ? Ballistic(junction) : 0;
   const Id first = ReturnFromDermis(down, has_ballistic ? &ballistic : nullptr, plan_->r2_diffuse,
                                     dermis_.whole, whole_transform_);
-  Ids later;
+  later_.clear();
   Id up = Map(first, to_rest_);
   for (int term = 1; term < input.terms; ++term) {
     const Id back = ReturnFromEpidermis(graph_.Product(up, junction_rest_), input.black_tape);
     up = ReturnFromDermis(graph_.Product(back, junction_rest_), nullptr, plan_->r2_diffuse_rest, dermis_.rest,
                           rest_transform_);
-    later.push_back(up);
+    later_.push_back(up);
   }
   // All further terms as if skin and light were uniform around each pixel.
-  if (input.close) later.push_back(graph_.Geometric(up, Quotient(input.black_tape)));
-  if (later.empty()) return graph_.Product(first, whole);
-  const Id all[] = {first, Map(graph_.Sum(later), from_rest_)};
+  if (input.close) later_.push_back(graph_.Geometric(up, Quotient(input.black_tape)));
+  if (later_.empty()) return graph_.Product(first, whole);
+  const Id all[] = {first, Map(graph_.Sum(later_), from_rest_)};
   return graph_.Product(graph_.Sum(all), whole);
 }
 
 // R1+ of the light, each grid its part, and T1- of the light from below.
 PathLight::Id PathLight::Leave(const Id* below) {
-  Ids leaving;
-  Id up = 0;
+  Id up = 0, sum = 0;
   for (std::size_t j = 0; j < epidermis_.fine.size(); ++j) {
     if (below && (reciprocal() || j == 0))
       up = graph_.ToSpectrum(At(*below, epidermis_.whole, j), whole_transform_);
@@ -270,30 +274,33 @@ PathLight::Id PathLight::Leave(const Id* below) {
       light = with_surface;
     }
     const PlaneGraph::Pair pair[] = {{epidermis_.fine[j], light}};
-    leaving.push_back(graph_.SumOfProducts(pair));
+    const Id leaving = graph_.SumOfProducts(pair);
     graph_.Done(light);
     graph_.Done(epidermis_.fine[j]);
-    if (leaving.size() == 2) leaving = {SumAndDrop(leaving[0], leaving[1])};
+    sum = j == 0 ? leaving : SumAndDrop(sum, leaving);
   }
-  return leaving[0];
+  return sum;
+}
+
+void PathLight::SetStray(double mu_s, Stray& stray) const {
+  if (stray.mu_s == mu_s) return;
+  stray.mu_s = mu_s;
+  stray.kernel = reciprocal() ? StrayKernel(1.0 / mu_s, frames_.pixel_size_mm) : SymmetricKernel{};
 }
 
 void PathLight::Render(const SeriesInput& input, PathPlans& plans, bool keep, PlaneF& reflectance) {
   plan_ = plans.Get(input.tables, RangeOf(input.mu_a_epidermis, options_.tolerance),
                     RangeOf(input.mu_a_dermis, options_.tolerance), input.black_tape, frames_, options_);
   graph_.Clear(keep);
-  const auto stray = [&](double mu_s) {
-    return reciprocal() ? StrayKernel(1.0 / mu_s, frames_.pixel_size_mm) : SymmetricKernel{};
-  };
-  stray_epidermis_ = stray(input.mu_s_epidermis);
-  stray_dermis_ = stray(input.mu_s_dermis);
+  SetStray(input.mu_s_epidermis, stray_epidermis_);
+  SetStray(input.mu_s_dermis, stray_dermis_);
   mu_a_epidermis_ = OnPatch(input.mu_a_epidermis);
   mu_a_dermis_ = OnPatch(input.mu_a_dermis);
   junction_ = OnPatch(input.transmittance);
-  epidermis_ = MakeLayer(mu_a_epidermis_, plan_->epidermis_mm, stray_epidermis_, true);
+  epidermis_ = MakeLayer(mu_a_epidermis_, plan_->epidermis_mm, stray_epidermis_.kernel, true);
   Enter(input);
   if (input.terms > 0) {
-    dermis_ = MakeLayer(mu_a_dermis_, plan_->dermis_mm, stray_dermis_, false);
+    dermis_ = MakeLayer(mu_a_dermis_, plan_->dermis_mm, stray_dermis_.kernel, false);
     const Id below = Below(input, junction_);
     reflectance_ = Leave(&below);
   } else {
@@ -302,23 +309,24 @@ void PathLight::Render(const SeriesInput& input, PathPlans& plans, bool keep, Pl
   CropToPatch(graph_.Value(reflectance_), frames_.patch, reflectance);
 }
 
-void PathLight::Tangent(const Changes& changes, PlaneF& change) {
+void PathLight::Tangent(const SeriesChanges& changes, PlaneF& change) {
   const Id inputs[] = {mu_a_epidermis_, mu_a_dermis_, junction_};
-  Changes widened;
-  for (std::size_t i = 0; i < changes.size(); ++i)
-    if (!changes[i].empty()) ReplicateOutwards(changes[i], frames_.patch, widened[i]);
-  PlaneF all;
-  graph_.Tangent(inputs, widened, reflectance_, all);
-  CropToPatch(all, frames_.patch, change);
+  for (std::size_t i = 0; i < changes.size(); ++i) {
+    if (changes[i].empty()) {
+      widened_[i] = PlaneF();
+    } else {
+      ReplicateOutwards(changes[i], frames_.patch, widened_[i]);
+    }
+  }
+  graph_.Tangent(inputs, widened_, reflectance_, widened_weights_);
+  CropToPatch(widened_weights_, frames_.patch, change);
 }
 
-void PathLight::Transpose(const PlaneF& weights, Changes& derivatives) {
+void PathLight::Transpose(const PlaneF& weights, SeriesChanges& derivatives) {
   const Id inputs[] = {mu_a_epidermis_, mu_a_dermis_, junction_};
-  PlaneF widened;
-  SurroundWithZeros(weights, frames_.patch, widened);
-  Changes all;
-  graph_.Transpose(reflectance_, widened, inputs, all);
-  for (std::size_t i = 0; i < all.size(); ++i) FoldOntoPatch(all[i], frames_.patch, derivatives[i]);
+  SurroundWithZeros(weights, frames_.patch, widened_weights_);
+  graph_.Transpose(reflectance_, widened_weights_, inputs, widened_);
+  for (std::size_t i = 0; i < widened_.size(); ++i) FoldOntoPatch(widened_[i], frames_.patch, derivatives[i]);
 }
 
 }  // namespace dermap

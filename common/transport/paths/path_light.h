@@ -5,6 +5,7 @@
 
 #include <memory>
 
+#include "common/core/short_list.h"
 #include "common/transport/paths/path_plan.h"
 #include "common/transport/plane_graph.h"
 #include "common/transport/scattering_series.h"
@@ -12,7 +13,7 @@
 namespace dermap {
 
 // Keeps all memory that a render needs; one a thread.
-class PathLight {
+class PathLight : public KeptSeries {
  public:
   PathLight(int patch_width, int patch_height, const ImagingConditions& conditions, double margin_mm,
             const ForwardOptions& options);
@@ -21,20 +22,19 @@ class PathLight {
   // Where `SeriesInput::light` is given: the patch, a little widened.
   const Domain& domain() const { return frames_.patch; }
   // Hemispherical reflectance of the patch. Of `input`, the planes are as for ScatteringSeries.
-  // `keep`: whether Tangent or Transpose will be asked.
+  // `keep`: whether Tangent or Transpose will be asked; they need `input.light` still.
   void Render(const SeriesInput& input, PathPlans& plans, bool keep, PlaneF& reflectance);
   const PathPlan& plan() const { return *plan_; }  // of the last render
 
-  // Of the last render, if it was kept, on the patch: what a change of mu_a (of both layers) and of the
-  // junction's transmittance does to the reflectance, and, the other way, the derivatives by them of the sum
-  // of weights * reflectance. A change may be empty: none.
-  using Changes = std::array<PlaneF, 3>;
-  void Tangent(const Changes& changes, PlaneF& change);
-  void Transpose(const PlaneF& weights, Changes& derivatives);
+  // Of the last render, if it was kept.
+  void Tangent(const SeriesChanges& changes, PlaneF& change) override;
+  void Transpose(const PlaneF& weights, SeriesChanges& derivatives) override;
 
  private:
   using Id = PlaneGraph::Id;
-  using Ids = std::vector<Id>;
+  using Ids = ShortList<Id, kMostPaths>;
+  using Pairs = ShortList<PlaneGraph::Pair, kMostPaths>;
+  static constexpr std::size_t kMostLevels = 12;
   struct MapPair {
     PlaneMap map, transposed;
   };
@@ -71,13 +71,21 @@ class PathLight {
   PlaneF skin_share_, patch_share_rest_, tape_share_rest_;
 
   std::shared_ptr<const PathPlan> plan_;
-  SymmetricKernel stray_epidermis_, stray_dermis_;
-  PlaneF light_;
+  struct Stray {
+    double mu_s = 0.0;
+    SymmetricKernel kernel;
+  };
+  void SetStray(double mu_s, Stray& stray) const;
+  Stray stray_epidermis_, stray_dermis_;
+  const PlaneF* light_ = nullptr;
   PlaneGraph graph_;
   Id mu_a_epidermis_ = 0, mu_a_dermis_ = 0, junction_ = 0, junction_rest_ = 0, reflectance_ = 0;
   Layer epidermis_, dermis_;
-  std::vector<Ids> light_at_;  // [path][level] on its way down
-  Ids entering_;               // [path] its spectrum on the transforms' grid
+  std::array<ShortList<Id, kMostLevels>, kMostPaths> light_at_;  // [path][level] on its way down
+  Ids entering_;           // [path] its spectrum on the transforms' grid
+  std::vector<Id> later_;  // scratch of Below
+  SeriesChanges widened_;  // scratch of derivatives
+  PlaneF widened_weights_;
 };
 
 }  // namespace dermap

@@ -3,6 +3,7 @@
 #include "common/transport/paths/path_plan.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numbers>
 
@@ -14,8 +15,11 @@
 namespace dermap {
 namespace {
 
-constexpr double kRangeStep = 0.4;    // of ln mu_a
-constexpr double kRangeMargin = 0.1;  // of ln mu_a, at least, on both sides
+// Steps of ln mu_a to which a scene's range is rounded: finer where it is narrow, since two path lengths do
+// for less than a tenth. A quarter of a step is left on both sides.
+double RangeStep(double width) {
+  return width < 0.08 ? 0.02 : width < 0.3 ? 0.1 : 0.4;
+}
 // What a stencil may leave out by few path lengths, in units of the tolerance: of what the surface returns,
 // at its finest structure.
 constexpr double kSurfaceShare = 2.0;
@@ -185,9 +189,10 @@ AbsorptionRange RangeOf(const PlaneF& mu_a, double tolerance) {
   FindExtremes(mu_a.data(), mu_a.size(), least, most);
   const auto bounded = [](double value) { return std::clamp(value, kTableMinMuA, kTableMaxMuA); };
   if (bounded(most) <= (1.0 + tolerance) * bounded(least)) return {bounded(least), bounded(most)};
-  const double low = std::floor((std::log(bounded(least)) - kRangeMargin) / kRangeStep) * kRangeStep;
-  const double high = std::ceil((std::log(bounded(most)) + kRangeMargin) / kRangeStep) * kRangeStep;
-  return {bounded(std::exp(low)), bounded(std::exp(high))};
+  const double low = std::log(bounded(least)), high = std::log(bounded(most));
+  const double step = RangeStep(high - low), margin = 0.25 * step;
+  return {bounded(std::exp(std::floor((low - margin) / step) * step)),
+          bounded(std::exp(std::ceil((high + margin) / step) * step))};
 }
 
 namespace {
@@ -202,16 +207,56 @@ void SetBallistic(const ProfileTable& table, const AbsorptionRange& range, PathP
   plan.ballistic_share = most * std::exp(low * plan.ballistic_mm);
 }
 
+// What an error of a response does to the reflectance of skin, relative: the derivatives of
+// R1+ + T R2 T1- / (1 - R1- R2), with the other layer as light as it is anywhere in the scene.
+class Influence {
+ public:
+  Influence(const BandTables& tables, const AbsorptionRange& epidermis, const AbsorptionRange& dermis)
+      : t_(tables), lightest_epidermis_(epidermis.lowest), lightest_dermis_(dermis.lowest) {}
+
+  // In the order of MakePlan's lists.
+  double OfEpidermis(std::size_t response, double mu_a) const {
+    const Passage p = At(mu_a, lightest_dermis_);
+    const double back = p.r2 * p.again;
+    const std::array<double, 4> of = {1.0, back * p.out, p.in * back * back * p.out, p.in * back};
+    return of[response == 4 ? 2 : response] / p.reflectance;
+  }
+  double OfDermis(std::size_t, double mu_a) const {
+    const Passage p = At(lightest_epidermis_, mu_a);
+    return p.in * p.out * p.again * p.again / p.reflectance;
+  }
+
+ private:
+  struct Passage {
+    double in, out, r2, again, reflectance;
+  };
+  Passage At(double epidermis, double dermis) const {
+    const auto above = static_cast<float>(epidermis), below = static_cast<float>(dermis);
+    Passage p{};
+    p.in = t_.t1_forward.Total(above) + (t_.t1_ballistic.empty() ? 0.0f : t_.t1_ballistic.Total(above));
+    p.out = t_.t1_backward.Total(above);
+    p.r2 = t_.r2_diffuse.Total(below);
+    p.again = 1.0 / (1.0 - t_.r1_backward.Total(above) * p.r2);
+    p.reflectance = t_.r1_forward.Total(above) + p.in * p.r2 * p.out * p.again;
+    return p;
+  }
+  const BandTables& t_;
+  double lightest_epidermis_, lightest_dermis_;
+};
+
 PathPlan MakePlan(const BandTables& t, const AbsorptionRange& epidermis, const AbsorptionRange& dermis,
                   bool black_tape, const PathFrames& frames, const ForwardOptions& options) {
   const TransformTable* const upper[] = {&t.r1_forward.transforms(), &t.t1_forward.transforms(),
                                          &t.r1_backward.transforms(), &t.t1_backward.transforms(),
                                          &t.r1_backward_black.transforms()};
   const TransformTable* const lower[] = {&t.r2_diffuse.transforms(), &t.r2_normal.transforms()};
-  const ScenePaths e = ReducePaths(std::span(upper).first(black_tape ? 5 : 4), epidermis.lowest,
-                                   epidermis.highest, options.tolerance, options.path_lengths);
+  const Influence influence(t, epidermis, dermis);
+  const ScenePaths e = ReducePaths(
+      std::span(upper).first(black_tape ? 5 : 4), epidermis.lowest, epidermis.highest, options.tolerance,
+      options.path_lengths, [&](std::size_t r, double mu_a) { return influence.OfEpidermis(r, mu_a); });
   const ScenePaths d =
-      ReducePaths(lower, dermis.lowest, dermis.highest, options.tolerance, options.path_lengths);
+      ReducePaths(lower, dermis.lowest, dermis.highest, options.tolerance, options.path_lengths,
+                  [&](std::size_t r, double mu_a) { return influence.OfDermis(r, mu_a); });
   const Planner planner(frames, options);
   PathPlan plan;
   plan.epidermis_mm = e.lengths_mm;

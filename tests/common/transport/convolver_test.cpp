@@ -159,6 +159,42 @@ TEST(Convolver, PyramidIsTheCascadeAtExtremePixelSizes) {
   }
 }
 
+// Source: the definition of a transpose, <w, C f> = <C' w, f>; sums in double of products in single
+// precision.
+TEST(Convolver, TransposedIsTheTranspose) {
+  const BandTables& tables = TestTables(610);
+  for (const int size : {48, 130}) {
+    const PlaneF mu_a = SpottedAbsorption(size);
+    const double pixel_size_mm = 7.5 / size;
+    const Domain domain = MakeDomain(size, size, 1.0 / pixel_size_mm);
+    const PlaneF f = Noise(domain.width, domain.height, 3, -1.0f, 1.0f);
+    TablePositions positions;
+    positions.Set(mu_a, domain);
+    for (const Engine engine : kEngines) {
+      for (const Border border : {Border::kZero, Border::kMirror}) {
+        const auto convolver = MakeConvolver(engine, domain, pixel_size_mm, border);
+        for (const Region& region : {domain.patch, domain.Whole()}) {
+          ResponseWeights weights;
+          weights.Set(tables.r2_diffuse, positions, region);
+          const PlaneF w = Noise(region.width, region.height, 5, -1.0f, 1.0f);
+          PlaneF forward, backward;
+          const ConvolutionTarget target{&weights, &forward};
+          convolver->Convolve(f, {&target, 1});
+          convolver->ConvolveTransposed(w, weights, backward);
+          double left = 0.0, right = 0.0, a = 0.0, b = 0.0;
+          for (std::size_t i = 0; i < w.size(); ++i) {
+            left += double(w.data()[i]) * forward.data()[i];
+            a += std::pow(w.data()[i], 2), b += std::pow(forward.data()[i], 2);
+          }
+          for (std::size_t i = 0; i < f.size(); ++i) right += double(backward.data()[i]) * f.data()[i];
+          EXPECT_NEAR(left, right, 1e-6 * std::sqrt(a * b))
+              << EngineName(engine) << ", " << size << " pixels, mirror " << (border == Border::kMirror);
+        }
+      }
+    }
+  }
+}
+
 // Targets share blurs, not results: each comes out as it would alone, whatever its region.
 TEST(Convolver, TargetsDoNotDisturbEachOther) {
   const BandTables& tables = TestTables(560);

@@ -4,161 +4,151 @@
 
 #include <cmath>
 
-#include "common/core/error.h"
 #include "common/core/parallel.h"
-#include "common/transport/forward_model.h"
+#include "tests/common/transport/derivative_cases.h"
 #include "tests/common/transport/scenes.h"
 
 namespace dermap {
 namespace {
 
 const Band kBands[] = {{450.0, 0.0}, {580.0, 10.0}, {650.0, 0.0}};
+using Case = DerivativeCase;
 
-struct Case {
-  int size;
-  Illumination illumination;
-  Tape tape;
-  Coupling coupling;
-  bool tattoo;
-  BeneathTape beneath = BeneathTape::kEdge;
-};
-
-ForwardModel ModelOf(const Case& c) {
-  ImagingConditions conditions = Conditions(c.size, c.illumination);
-  conditions.tape = c.tape;
-  conditions.geometry = Geometry::kFactor0_30;
-  ForwardOptions options;
-  options.coupling = c.coupling;
-  options.beneath_tape = c.beneath;
-  return Model(kBands, conditions, options, "exact");
-}
-
-ParameterMaps SceneOf(const Case& c) {
-  ParameterMaps maps = FreckledSkin(c.size, 4);
-  // Two pixels that stay as they are and beyond which no other goes: path lengths are chosen for a scene's
-  // range of absorption, and a difference across such a choice would show that choice, not a derivative.
-  for (int k = 0; k < kParameterCount; ++k) {
-    if (k == static_cast<int>(Parameter::kBeta_m)) continue;
-    maps.planes[k](0, 0) = 0.0f;
-    maps.planes[k](1, 0) = static_cast<float>(kParameters[k].upper);
-  }
-  if (c.tattoo) maps.junction_absorbance = {Noise(c.size, c.size, 9, 0.02f, 1.0f)};
-  return maps;
-}
-
-// A change of every plane, a share of what parameters are.
-ParameterMaps ChangeOf(const ParameterMaps& maps, std::uint32_t seed) {
-  ParameterMaps change(maps.width(), maps.height(), ParameterVector{});
-  for (int k = 0; k < kParameterCount; ++k) {
-    const auto range = static_cast<float>(0.05 * (kParameters[k].upper - kParameters[k].lower));
-    change.planes[k] = Noise(maps.width(), maps.height(), seed + k, -range, range);
-    change.planes[k](0, 0) = change.planes[k](1, 0) = 0.0f;
-  }
-  for (std::size_t i = 0; i < maps.junction_absorbance.size(); ++i)
-    change.junction_absorbance.push_back(Noise(maps.width(), maps.height(), seed + 7, -0.1f, 0.1f));
-  return change;
-}
-
-double Dot(const PlaneF& a, const PlaneF& b) {
-  double sum = 0.0;
-  for (std::size_t i = 0; i < a.size(); ++i) sum += double(a.data()[i]) * b.data()[i];
-  return sum;
-}
-
-ParameterMaps Moved(const ParameterMaps& maps, const ParameterMaps& change, double step) {
-  ParameterMaps moved = maps;
-  const auto move = [&](PlaneF& plane, const PlaneF& by) {
-    for (std::size_t i = 0; i < plane.size(); ++i) plane.data()[i] += static_cast<float>(step * by.data()[i]);
+// All one way, so that the mean is no difference of large numbers.
+ParameterMaps OneWay(ParameterMaps change) {
+  const auto up = [](PlaneF& plane) {
+    for (float& value : plane.values()) value = std::abs(value);
   };
-  for (int k = 0; k < kParameterCount; ++k) move(moved.planes[k], change.planes[k]);
-  for (std::size_t i = 0; i < maps.junction_absorbance.size(); ++i)
-    move(moved.junction_absorbance[i], change.junction_absorbance[i]);
-  return moved;
+  for (PlaneF& plane : change.planes) up(plane);
+  for (PlaneF& plane : change.junction_absorbance) up(plane);
+  return change;
 }
 
 class Derivatives : public testing::TestWithParam<Case> {};
 
 // Source: the definition of a transpose, <J v, w> = <v, J' w>, to rounding.
 TEST_P(Derivatives, TransposeIsTheTranspose) {
-  const ForwardModel model = ModelOf(GetParam());
+  const ForwardModel model = ModelOf(GetParam(), kBands);
   const ParameterMaps maps = SceneOf(GetParam()), change = ChangeOf(maps, 20);
-  std::vector<PlaneF> weights;
-  for (int b = 0; b < 3; ++b) weights.push_back(Noise(maps.width(), maps.height(), 40 + b, -1.0f, 1.0f));
-  const std::vector<PlaneF> forward = model.Tangent(maps, change);
-  const ParameterMaps backward =
-      model.Transpose(maps, [&](int band, const PlaneF&) { return weights[band]; });
-  double left = 0.0, right = 0.0, scale = 0.0;
-  for (int b = 0; b < 3; ++b) {
-    left += Dot(forward[b], weights[b]);
-    scale += std::sqrt(Dot(forward[b], forward[b]) * Dot(weights[b], weights[b]));
-  }
-  for (int k = 0; k < kParameterCount; ++k) right += Dot(backward.planes[k], change.planes[k]);
-  for (std::size_t i = 0; i < backward.junction_absorbance.size(); ++i)
-    right += Dot(backward.junction_absorbance[i], change.junction_absorbance[i]);
-  EXPECT_NEAR(left, right, 1e-5 * scale);
+  EXPECT_LT(TransposeError(model, maps, change), 1e-5);
+  const std::vector<PlaneF> once = model.Tangent(maps, change);
   const ForwardModel::Kept kept(model, maps);
   kept.Tangent(ChangeOf(maps, 30));
   const std::vector<PlaneF> again = kept.Tangent(change);  // whatever was asked before
   for (int b = 0; b < 3; ++b)
     for (std::size_t i = 0; i < again[b].size(); ++i)
-      ASSERT_EQ(again[b].data()[i], forward[b].data()[i]) << b << ' ' << i;
+      ASSERT_EQ(again[b].data()[i], once[b].data()[i]) << b << ' ' << i;
 }
 
-// Source: central differences of the render, Richardson's extrapolation of two steps. Single
-// precision rounds each pixel of a render, so a pixel's difference is good to some 1e-5 of its value over the
-// step; the mean over all pixels, where rounding averages out and an error of a derivative would not, to
-// 2e-5.
-TEST_P(Derivatives, ProductIsTheLimitOfDifferences) {
-  const ForwardModel model = ModelOf(GetParam());
-  const ParameterMaps maps = SceneOf(GetParam());
-  ParameterMaps change = ChangeOf(maps, 20);
-  for (PlaneF& plane : change.planes)  // all one way, so that the mean is no difference of large numbers
-    for (float& value : plane.values()) value = std::abs(value);
-  for (PlaneF& plane : change.junction_absorbance)
-    for (float& value : plane.values()) value = std::abs(value);
-  const std::vector<PlaneF> product = model.Tangent(maps, change);
-  std::vector<std::vector<PlaneF>> renders;
-  const double step = 0.1;
-  for (const double share : {-2.0, -1.0, 1.0, 2.0})
-    renders.push_back(model.Render(Moved(maps, change, share * step)));
-  for (int b = 0; b < 3; ++b) {
-    double square = 0.0, difference_square = 0.0, sum = 0.0, difference_sum = 0.0;
-    for (std::size_t i = 0; i < product[b].size(); ++i) {
-      const auto at = [&](int r) { return double(renders[r][b].data()[i]); };
-      const double expected = (8.0 * (at(2) - at(1)) - (at(3) - at(0))) / (12.0 * step);
-      square += expected * expected;
-      sum += expected;
-      difference_square += std::pow(product[b].data()[i] - expected, 2);
-      difference_sum += product[b].data()[i] - expected;
+INSTANTIATE_TEST_SUITE_P(GaussianEngines, Derivatives,
+                         testing::Values(Case{64, Illumination::kWindow, Tape::kFree, Coupling::kGather,
+                                              false, BeneathTape::kEdge, Engine::kCascade},
+                                         Case{50, Illumination::kUniform, Tape::kFree, Coupling::kGather,
+                                              true, BeneathTape::kEdge, Engine::kCascade},
+                                         Case{57, Illumination::kWindow, Tape::kBlack, Coupling::kGather,
+                                              true, BeneathTape::kMean, Engine::kCascade},
+                                         Case{64, Illumination::kWindow, Tape::kBlack, Coupling::kGather,
+                                              true, BeneathTape::kEdge, Engine::kPyramid},
+                                         Case{128, Illumination::kUniform, Tape::kFree, Coupling::kGather,
+                                              false, BeneathTape::kEdge, Engine::kPyramid},
+                                         Case{75, Illumination::kWindow, Tape::kFree, Coupling::kGather,
+                                              false, BeneathTape::kMirrored, Engine::kPyramid}));
+
+const Case kPathCases[] = {
+    {128, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false},
+    {128, Illumination::kUniform, Tape::kFree, Coupling::kReciprocal, true},
+    {100, Illumination::kWindow, Tape::kBlack, Coupling::kReciprocal, true},
+    {90, Illumination::kWindow, Tape::kBlack, Coupling::kGather, false},
+    {90, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, true, BeneathTape::kMean},
+    {64, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false, BeneathTape::kMirrored}};
+INSTANTIATE_TEST_SUITE_P(Paths, Derivatives, testing::ValuesIn(kPathCases));
+
+// Source: differences of the render. Single precision rounds each pixel of a render, so a pixel's difference
+// is good to some 1e-5 of its value over the step; the mean over all pixels, where rounding averages out and
+// an error of a derivative would not, to 2e-5.
+TEST(DerivativesOfPaths, AreTheLimitOfDifferences) {
+  for (const Case& c : kPathCases) {
+    const ParameterMaps maps = SceneOf(c);
+    for (const auto& [rms, mean] :
+         ErrorsAgainstDifferences(ModelOf(c, kBands), maps, OneWay(ChangeOf(maps, 20)), 0.1)) {
+      EXPECT_LT(rms, 3e-4) << c.size;
+      EXPECT_LT(mean, 2e-5) << c.size;
     }
-    EXPECT_LT(std::sqrt(difference_square / square), 3e-4) << b;
-    EXPECT_LT(std::abs(difference_sum / sum), 2e-5) << b;
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(
-    Scenes, Derivatives,
-    testing::Values(
-        Case{128, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false},
-        Case{128, Illumination::kUniform, Tape::kFree, Coupling::kReciprocal, true},
-        Case{100, Illumination::kWindow, Tape::kBlack, Coupling::kReciprocal, true},
-        Case{90, Illumination::kWindow, Tape::kBlack, Coupling::kGather, false},
-        Case{90, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, true, BeneathTape::kMean},
-        Case{64, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false, BeneathTape::kMirrored}));
+// The engines made of Gaussians read tables that are linear between 256 absorptions: their render has a kink
+// at each. Every pixel is moved to the middle between two, and never changed by as much as the way to them.
+void StayBetweenEntries(const Absorbers& absorbers, ParameterMaps& maps, ParameterMaps& change) {
+  const double step = std::log(TableMuA(1) / TableMuA(0)), first = std::log(TableMuA(0));
+  const auto middle = [&](double mu_a) {
+    return std::exp(first + (std::floor((std::log(mu_a) - first) / step) + 0.5) * step);
+  };
+  for (std::size_t i = 0; i < maps.planes[0].size(); ++i) {
+    ParameterVector p, by;
+    for (int k = 0; k < kParameterCount; ++k)
+      p[k] = maps.planes[k].data()[i], by[k] = change.planes[k].data()[i];
+    const double above = absorbers.MuAEpidermis(p), below = absorbers.MuADermis(p);
+    const ParameterVector gradient_above = absorbers.MuAEpidermisGradient(p);
+    const ParameterVector gradient_below = absorbers.MuADermisGradient(p);
+    const int melanin = static_cast<int>(Parameter::kC_m), blood = static_cast<int>(Parameter::kC_hd);
+    maps.planes[melanin].data()[i] += static_cast<float>((middle(above) - above) / gradient_above[melanin]);
+    maps.planes[blood].data()[i] += static_cast<float>((middle(below) - below) / gradient_below[blood]);
+    double change_above = 0.0, change_below = 0.0;
+    for (int k = 0; k < kParameterCount; ++k)
+      change_above += gradient_above[k] * by[k], change_below += gradient_below[k] * by[k];
+    const double most = std::max({std::abs(change_above) / above, std::abs(change_below) / below, 1e-12});
+    for (int k = 0; k < kParameterCount; ++k)
+      change.planes[k].data()[i] *= static_cast<float>(std::min(1.0, step / 3.0 / most));
+  }
+}
+
+// Source: as above, one wavelength at a time. What a filter or the source of the
+// profiles adds is not of the engines, and tested above.
+TEST(DerivativesOfGaussians, AreTheLimitOfDifferences) {
+  for (const Engine engine : {Engine::kCascade, Engine::kPyramid}) {
+    for (const Band& band : {Band{450.0, 0.0}, Band{580.0, 0.0}, Band{650.0, 0.0}}) {
+      const Case c{64,   Illumination::kWindow, Tape::kBlack, Coupling::kGather,
+                   true, BeneathTape::kMean,    engine};
+      ParameterMaps maps = SceneOf(c), change = OneWay(ChangeOf(maps, 20));
+      for (float& value : change.junction_absorbance[0].values()) value *= 0.1f;  // absorbance stays above 0
+      StayBetweenEntries(TestChromophores().At(band.wavelength_nm, TissueConfig{}), maps, change);
+      const DifferenceError error =
+          ErrorsAgainstDifferences(ModelOf(c, {&band, 1}, "multipole"), maps, change, 0.7).front();
+      EXPECT_LT(error.rms, 3e-4) << EngineName(engine) << ' ' << band.wavelength_nm;
+      EXPECT_LT(error.mean, 1e-5) << EngineName(engine) << ' ' << band.wavelength_nm;
+    }
+  }
+}
 
 // Results do not depend on how many threads share the work.
 TEST(DerivativesOfARender, AreTheSameForAnyNumberOfThreads) {
-  const Case c{64, Illumination::kWindow, Tape::kFree, Coupling::kReciprocal, false};
-  const ForwardModel model = ModelOf(c);
-  const ParameterMaps maps = SceneOf(c);
-  const auto weigh = [&](int, const PlaneF& reflectance) { return reflectance; };
-  const ThreadLimit one(1);
-  const ParameterMaps alone = model.Transpose(maps, weigh);
-  const ThreadLimit many(3);
-  const ParameterMaps shared = model.Transpose(maps, weigh);
-  for (int k = 0; k < kParameterCount; ++k)
-    for (std::size_t i = 0; i < alone.planes[k].size(); ++i)
-      ASSERT_EQ(alone.planes[k].data()[i], shared.planes[k].data()[i]);
+  for (const Engine engine : {Engine::kLowRank, Engine::kPyramid, Engine::kCascade}) {
+    const Case c{64,    Illumination::kWindow, Tape::kFree, Coupling::kReciprocal,
+                 false, BeneathTape::kEdge,    engine};
+    const ForwardModel model = ModelOf(c, kBands);
+    const ParameterMaps maps = SceneOf(c);
+    const auto on = [&](int threads) {
+      const ThreadLimit limit(threads);
+      return model.Transpose(maps, [](int, const PlaneF& reflectance) { return reflectance; });
+    };
+    const ParameterMaps alone = on(1), shared = on(3);
+    for (int k = 0; k < kParameterCount; ++k)
+      for (std::size_t i = 0; i < alone.planes[k].size(); ++i)
+        ASSERT_EQ(alone.planes[k].data()[i], shared.planes[k].data()[i]) << EngineName(engine);
+  }
+}
+
+// Source: the slow twin. Both Gaussian engines are the same sum, so their derivatives are as close as
+// renders.
+TEST(DerivativesOfARender, OfThePyramidAreTheCascades) {
+  Case c{64, Illumination::kWindow, Tape::kFree, Coupling::kGather, true};
+  const ParameterMaps maps = SceneOf(c), change = OneWay(ChangeOf(maps, 20));
+  c.engine = Engine::kCascade;
+  const std::vector<PlaneF> slow = ModelOf(c, kBands).Tangent(maps, change);
+  c.engine = Engine::kPyramid;
+  const std::vector<PlaneF> fast = ModelOf(c, kBands).Tangent(maps, change);
+  for (int b = 0; b < 3; ++b) EXPECT_LT(std::abs(Compare(fast[b], slow[b]).relative_rms), 2e-3) << b;
 }
 
 }  // namespace
