@@ -35,12 +35,13 @@ int UsbWheel::SlotCount() const {
 }
 
 // A wheel is asked rarely while it turns, and often around the time at which such a move ended before: frames
-// wait for it.
+// wait for it. One that is late is asked the more rarely the later it is.
 UsbWheel::Clock::duration UsbWheel::PauseAfter(Clock::duration elapsed, const MoveTime& last_time) const {
+  if (last_time.standing == Clock::duration{}) return timing_.poll;  // none of this length was seen yet
   if (elapsed < last_time.moving) return last_time.moving - elapsed;
-  if (elapsed >= last_time.standing) return timing_.poll;
+  const Clock::duration late = elapsed - last_time.standing;
   const Clock::duration between = (last_time.standing - last_time.moving) / kAsksAroundTheEnd;
-  return std::clamp<Clock::duration>(between, kQuickestPoll, timing_.poll);
+  return std::clamp<Clock::duration>(late < Clock::duration{} ? between : late, kQuickestPoll, timing_.poll);
 }
 
 int UsbWheel::Move(int slot, MoveTime& took, Clock::duration limit) {
