@@ -12,7 +12,6 @@
 #include "acquire/devices/device_fault.h"
 #include "acquire/frame_warning.h"
 #include "acquire/schedule.h"
-#include "common/core/error.h"
 #include "common/files/atomic_file.h"
 
 namespace dermap {
@@ -230,9 +229,10 @@ void FrameTaker::Reject(int number, const std::string& problem) {
   spdlog::warn("{} {}; attempt {} of {}", DescribeFrame(planned), problem, times, kFrameTries);
   folder_.Note({{"event", "frame_rejected"}, {"number", number}, {"problem", problem}});
   if (times < kFrameTries) return;
-  throw DeviceError(station_.camera().Name() + ": " + DescribeFrame(planned) + " " + problem + " (" +
-                    std::to_string(kFrameTries) +
-                    " attempts); remedy: check camera, wheel and flash, then go on with --resume");
+  throw FrameGivenUp(number,
+                     station_.camera().Name() + ": " + DescribeFrame(planned) + " " + problem + " (" +
+                         std::to_string(kFrameTries) +
+                         " attempts); remedy: check camera, wheel and flash, then go on with --resume");
 }
 
 // A frame too dark may be one weak flash: only a second one is believed. A frame too bright is not to be had

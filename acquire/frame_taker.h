@@ -17,8 +17,19 @@
 #include "acquire/sequence.h"
 #include "acquire/session_folder.h"
 #include "acquire/wheel_mover.h"
+#include "common/core/error.h"
 
 namespace dermap {
+
+// A frame that was bad as often as it may be: perhaps not the one that is being taken, but the one before it.
+class FrameGivenUp : public DeviceError {
+ public:
+  FrameGivenUp(int number, const std::string& what) : DeviceError(what), number_(number) {}
+  int number() const { return number_; }
+
+ private:
+  int number_;
+};
 
 class FrameTaker {
  public:
@@ -27,7 +38,7 @@ class FrameTaker {
 
   // Exposes and fetches it; then it is under way until it is settled. `slot_after`: where the wheel is wanted
   // next (0: nowhere). Where the frame before turns out bad in time, it returns without exposing. Throws
-  // DeviceError for a fault that lasts, and for a frame that was bad three times.
+  // DeviceError for a fault that lasts, FrameGivenUp for a frame that was bad three times.
   void Take(const FrameRecord& planned, int slot_after);
   // Brings the frame under way to its end: it is in the folder, or to be taken again.
   void Settle();

@@ -62,6 +62,22 @@ std::vector<FrameRecord> MakeSchedule(const RigConfig& rig, const PlanConfig& pl
   return schedule;
 }
 
+int TurnOf(const FrameRecord& frame, const std::vector<FrameRecord>& schedule, bool turned_by_hand) {
+  if (frame.role == FrameRole::kSpectralon) return 1;
+  if (frame.role == FrameRole::kSkin) return 3;
+  const auto first = std::find_if(schedule.begin(), schedule.end(),
+                                  [](const FrameRecord& f) { return f.role == FrameRole::kBlack; });
+  return turned_by_hand || first == schedule.end() || first->number == frame.number ? 0 : 2;
+}
+
+std::vector<FrameRecord> InOrderOfTaking(std::vector<FrameRecord> schedule, bool turned_by_hand) {
+  const std::vector<FrameRecord> numbered = schedule;
+  const auto turn = [&](const FrameRecord& f) { return TurnOf(f, numbered, turned_by_hand); };
+  std::stable_sort(schedule.begin(), schedule.end(),
+                   [&](const FrameRecord& a, const FrameRecord& b) { return turn(a) < turn(b); });
+  return schedule;
+}
+
 std::string Fingerprint(const RigConfig& rig, const std::vector<FrameRecord>& schedule) {
   nlohmann::json j{{"camera", rig.camera_driver},
                    {"wheel", rig.wheel_driver},

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Which frames a plan asks for, in the order in which they are taken.
+// Which frames a plan asks for, and in which order they are taken.
 #pragma once
 
 #include <compare>
@@ -20,8 +20,15 @@ struct ExposureSetting {
 
 // Black frames for each distinct exposure and ISO through the opaque slot, then Spectralon for each filter,
 // then skin for each filter (all filters before any is repeated, so that the subject moves little between
-// bands). Files, hashes and times are still empty. Throws InputError where the rig cannot take the plan.
+// bands): that is how they are numbered. Files, hashes and times are still empty. Throws InputError where the
+// rig cannot take the plan.
 std::vector<FrameRecord> MakeSchedule(const RigConfig& rig, const PlanConfig& plan);
+
+// Whose turn it is first: frames of a lower number. One black frame begins, since a lit one shows that the
+// wheel has lost its slots; the others come between Spectralon and skin, where the wheel passes its opaque
+// slot anyway. A person who turns the wheel by hand turns it once for all of them.
+int TurnOf(const FrameRecord& frame, const std::vector<FrameRecord>& schedule, bool turned_by_hand);
+std::vector<FrameRecord> InOrderOfTaking(std::vector<FrameRecord> schedule, bool turned_by_hand);
 
 // SHA-256 of everything that must be the same for a session to be resumed: the schedule, the rig's geometry
 // and the contents of the simulated scene.

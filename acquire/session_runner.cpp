@@ -12,6 +12,7 @@
 #include "acquire/devices/device_fault.h"
 #include "acquire/preflight.h"
 #include "acquire/reference_session.h"
+#include "acquire/schedule.h"
 #include "common/core/error.h"
 
 namespace dermap {
@@ -57,6 +58,17 @@ void SessionRunner::Preflight() {
   Step("check", nullptr);
   CheckBeforeFirstFrame(folder_, station_);
   station_.WriteRecords(folder_.session().directory, folder_.schedule());
+  GetReadyForFirstFrame();
+}
+
+// The wheel's first move belongs to its homing: no frame waits for it.
+void SessionRunner::GetReadyForFirstFrame() {
+  const FrameRecord* first = NextMissing();
+  if (first == nullptr || !station_.wheel().MovesByItself()) return;
+  taker_.wheel().Start(first->slot);
+  station_.camera().MakeReady({first->exposure_ms, first->iso, first->number});
+  taker_.wheel().Finish(first->slot);
+  taker_.wheel().TakeSpan();
 }
 
 void SessionRunner::PreflightPatiently() {
@@ -64,6 +76,7 @@ void SessionRunner::PreflightPatiently() {
     try {
       return Preflight();
     } catch (const DeviceError& error) {
+      taker_.wheel().Forget();
       if (!IsSeenTo(error, 0)) throw;
     }
   }
@@ -110,14 +123,14 @@ void SessionRunner::Run() {
 void SessionRunner::TakeWhatIsMissing() {
   while (Retake()) {
     const FrameRecord* next = NextMissing(taker_.under_way());
-    const bool rests = next == nullptr || next->role != placed_ || (options_.pauses && options_.pauses());
+    const bool rests = next == nullptr || !StandsFor(next->role) || (options_.pauses && options_.pauses());
     if (taker_.under_way() != 0 && rests) {
       Settle();
       continue;
     }
     // With the target in place done, black frames for what was changed follow, before the next one is asked
     // for.
-    if ((next == nullptr || next->role != placed_) && folder_.AddMissingBlackFrames()) {
+    if ((next == nullptr || !StandsFor(next->role)) && folder_.AddMissingBlackFrames()) {
       TellOfSchedule();
       next = NextMissing();
     }
@@ -152,9 +165,13 @@ void SessionRunner::Settle() {
   if (const int number = taker_.under_way(); number != 0) Patiently(number, [&] { taker_.Settle(); });
 }
 
+// The opaque slot hides whatever is in place.
+bool SessionRunner::StandsFor(FrameRole role) const {
+  return placed_ == role || (placed_ && role == FrameRole::kBlack);
+}
+
 bool SessionRunner::Place(FrameRole role) {
-  // The opaque slot hides whatever is in place.
-  if (placed_ == role || (placed_ && role == FrameRole::kBlack)) return true;
+  if (StandsFor(role)) return true;
   if (station_.NeedsOperator()) {
     Step("place", nullptr);
     if (options_.ask && !AskWhileTimeStands(PlaceRequest(role))) return false;
@@ -172,8 +189,10 @@ void SessionRunner::Patiently(int number, const std::function<void()>& step) {
   } catch (const DeviceError& error) {
     taker_.wheel().Forget();
     SettleInSpiteOf(error);
-    if (!IsSeenTo(error, number)) throw;
-    taker_.doubts().StartOver(number, dynamic_cast<const DeviceFault*>(&error) == nullptr);
+    const auto* given_up = dynamic_cast<const FrameGivenUp*>(&error);
+    const int failed = given_up != nullptr ? given_up->number() : number;
+    if (!IsSeenTo(error, failed)) throw;
+    taker_.doubts().StartOver(failed, given_up != nullptr);
     home_first_ = true;
   }
 }
@@ -205,7 +224,11 @@ void SessionRunner::SettleInSpiteOf(const DeviceError& fault) {
 }
 
 const FrameRecord* SessionRunner::NextMissing(int besides, int besides_too) const {
-  const auto rank = [&](const FrameRecord& f) { return std::tuple(f.role != placed_, f.role, f.number); };
+  const bool by_hand = !station_.wheel().MovesByItself();
+  const auto rank = [&](const FrameRecord& f) {
+    const bool in_place = f.role == placed_ && f.role != FrameRole::kBlack;
+    return std::tuple(!in_place, TurnOf(f, folder_.schedule(), by_hand), f.number);
+  };
   const FrameRecord* next = nullptr;
   for (const FrameRecord& f : folder_.schedule()) {
     if (f.number == besides || f.number == besides_too || folder_.Has(f)) continue;

@@ -33,11 +33,12 @@ CaptureDaemon::CaptureDaemon(DaemonOptions options)
     : options_(std::move(options)), content_(std::make_unique<Content>()) {
   const RigConfig rig = ReadRig(options_.rig);
   const PlanConfig plan = ReadPlan(options_.plan);
+  by_hand_ = rig.wheel_driver == "manual";
   content_->about = {{"rig", rig.name},
                      {"camera", rig.camera_driver},
                      {"wheel", rig.wheel_driver},
                      {"plan", options_.plan.filename().string()},
-                     {"schedule", ScheduleToJson(MakeSchedule(rig, plan))}};
+                     {"schedule", ScheduleToJson(InOrderOfTaking(MakeSchedule(rig, plan), by_hand_))}};
   fs::create_directories(options_.root);
   thread_ = std::thread([this] { RunSessions(); });
 }
@@ -222,7 +223,7 @@ void CaptureDaemon::Run(const SessionForm& form) {
   options.on_frame = [this](const FrameEvent& event, const RawFrame& raw) { OnFrame(event, raw); };
   options.on_schedule = [this](const std::vector<FrameRecord>& schedule, const std::string& why) {
     const std::lock_guard lock(mutex_);
-    content_->about["schedule"] = ScheduleToJson(schedule);
+    content_->about["schedule"] = ScheduleToJson(InOrderOfTaking(schedule, by_hand_));
     total_ = static_cast<int>(schedule.size());
     AddWarning(why);
     Changed();

@@ -74,6 +74,7 @@ class CaptureDaemon {
   DaemonOptions options_;
   struct Content;  // what is JSON: rig and plan, and the frames so far
   std::unique_ptr<Content> content_;
+  bool by_hand_ = false;  // a person turns the wheel
   mutable std::mutex mutex_;
   mutable std::condition_variable changed_;
   std::uint64_t version_ = 1;

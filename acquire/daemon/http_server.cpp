@@ -15,6 +15,7 @@
 
 #include "acquire/daemon/page.h"
 #include "acquire/daemon/state_text.h"
+#include "acquire/daemon/thread_per_task.h"
 #include "common/core/error.h"
 
 namespace dermap {
@@ -25,10 +26,8 @@ using SteadyClock = std::chrono::steady_clock;
 
 constexpr std::size_t kLargestBody = 65536;
 constexpr int kLargestFrameNumber = 99999;
-constexpr std::size_t kThreads = 80;  // each event stream holds one
-// The next connection is another thread's. Each thread takes some 60 kB when it first serves one: so all have
-// within an hour, in place of one after the other for days.
-constexpr std::size_t kRequestsOfAConnection = 100;
+constexpr std::size_t kConnections = 80;  // served at once; each event stream is one
+constexpr std::size_t kRequestsOfAConnection = 100000;
 constexpr std::chrono::seconds kHelmKept{15};
 constexpr std::chrono::milliseconds kHeartbeat{2000};
 
@@ -63,6 +62,15 @@ void Refuse(httplib::Response& response, int status, const std::string& why) {
   response.set_content(json{{"error", why}}.dump(-1, ' ', false, json::error_handler_t::replace),
                        "application/json");
 }
+
+class Connections : public httplib::TaskQueue {
+ public:
+  void enqueue(std::function<void()> serve) override { threads_.Run(std::move(serve)); }
+  void shutdown() override { threads_.Join(); }
+
+ private:
+  ThreadPerTask threads_{kConnections};
+};
 
 }  // namespace
 
@@ -161,17 +169,21 @@ struct HttpServer::Impl {
 
   void Events(httplib::Response& response) {
     response.set_header("Cache-Control", "no-store");
-    response.set_chunked_content_provider(
-        "text/event-stream", [this, seen = std::uint64_t{0}](std::size_t, httplib::DataSink& sink) mutable {
-          const std::uint64_t now = daemon.WaitBeyond(seen, kHeartbeat);
-          if (stopping) {
-            sink.done();
-            return true;
-          }
-          const std::string text = now == seen ? ": still here\n\n" : "data: " + state.At(now) + "\n\n";
-          seen = now;
-          return sink.write(text.data(), text.size());
-        });
+    response.set_header("Connection", "close");
+    response.set_content_provider("text/event-stream", [this, seen = std::uint64_t{0}, text = std::string()](
+                                                           std::size_t, httplib::DataSink& sink) mutable {
+      const std::uint64_t now = daemon.WaitBeyond(seen, kHeartbeat);
+      if (stopping) return false;
+      if (now == seen) {
+        text = ": still here\n\n";
+      } else {
+        text = "data: ";
+        state.AppendTo(text, now);
+        text += "\n\n";
+      }
+      seen = now;
+      return sink.write(text.data(), text.size());
+    });
   }
 
   void Route() {
@@ -183,7 +195,7 @@ struct HttpServer::Impl {
       listener = socket;
       httplib::default_socket_options(socket);
     });
-    server.new_task_queue = [] { return new httplib::ThreadPool(kThreads); };
+    server.new_task_queue = [] { return new Connections; };
     server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       response.set_header("X-Content-Type-Options", "nosniff");
       response.set_header("Referrer-Policy", "no-referrer");
@@ -208,7 +220,9 @@ struct HttpServer::Impl {
       response.set_content(kApiSchema, "application/schema+json");
     });
     server.Get("/api/state", [this](const httplib::Request&, httplib::Response& response) {
-      response.set_content(state.At(daemon.Version()), "application/json");
+      std::string text;
+      state.AppendTo(text, daemon.Version());
+      response.set_content(text, "application/json");
     });
     server.Get("/api/events",
                [this](const httplib::Request&, httplib::Response& response) { Events(response); });

@@ -22,10 +22,10 @@ void StateText::Stop() {
   made_.notify_all();
 }
 
-std::string StateText::At(std::uint64_t version) {
+void StateText::AppendTo(std::string& text, std::uint64_t version) {
   std::unique_lock lock(mutex_);
   made_.wait(lock, [&] { return version_ >= version || stopping_; });
-  return stopping_ ? "" : text_;
+  if (!stopping_) text += text_;
 }
 
 void StateText::MakeUntilStopped() {

@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// The daemon's state as text, made by one thread for all who ask. A thread keeps for itself pieces of every
-// size that it ever freed, and JSON has many: made by each of those that wait for requests, they would add up
-// for days.
+// The daemon's state as text, made once for all who ask.
 #pragma once
 
 #include <condition_variable>
@@ -21,8 +19,8 @@ class StateText {
   ~StateText();
   StateText(const StateText&) = delete;
   StateText& operator=(const StateText&) = delete;
-  // Of this version or a later one, which it waits for; empty once it is stopped.
-  std::string At(std::uint64_t version);
+  // Of this version or a later one, which it waits for; nothing once it is stopped.
+  void AppendTo(std::string& text, std::uint64_t version);
   void Stop();
 
  private:

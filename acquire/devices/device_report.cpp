@@ -2,6 +2,7 @@
 // The table of devices that are known, and what stands in the way of using one.
 #include "acquire/devices/device_report.h"
 
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -64,6 +65,14 @@ void Judge(DeviceReport& report, const UsbFound& f, const std::vector<NodeHolder
   report.usable = !report.driver.empty() && !report.needs_rule && report.holder.empty();
 }
 
+// Elsewhere a path may end in the same words: in a container, or on the bus of another emulator.
+bool IsSameFile(const fs::path& a, const fs::path& b) {
+  struct stat of_a {
+  }, of_b{};
+  return ::stat(a.c_str(), &of_a) == 0 && ::stat(b.c_str(), &of_b) == 0 && of_a.st_dev == of_b.st_dev &&
+         of_a.st_ino == of_b.st_ino;
+}
+
 }  // namespace
 
 std::vector<NodeHolder> FindNodeHolders() {
@@ -78,6 +87,7 @@ std::vector<NodeHolder> FindNodeHolders() {
       const std::string target = fs::read_symlink(file.path(), hidden).string();
       const auto at = target.find(nodes);
       if (at == std::string::npos || target.find("/.", at) != std::string::npos) continue;
+      if (!IsSameFile(file.path(), target.substr(at))) continue;
       std::string program;
       std::ifstream(process.path() / "comm") >> program;
       holders.push_back({target.substr(at), program, pid});

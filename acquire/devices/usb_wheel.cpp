@@ -17,6 +17,7 @@ namespace {
 constexpr int kAttempts = 3;
 constexpr int kAttemptsWhenStuck = 2;  // each takes as long as a whole turn
 constexpr int kAsksAroundTheEnd = 4;   // of a move, from when it was last seen under way to when it was over
+constexpr int kSharesOfUnknown = 8;  // a move of unknown length is asked after by eighths of its time so far
 constexpr std::chrono::milliseconds kQuickestPoll{5};
 
 }  // namespace
@@ -35,12 +36,15 @@ int UsbWheel::SlotCount() const {
 }
 
 // A wheel is asked rarely while it turns, and often around the time at which such a move ended before: frames
-// wait for it.
+// wait for it. One that is late is asked the more rarely the later it is.
 UsbWheel::Clock::duration UsbWheel::PauseAfter(Clock::duration elapsed, const MoveTime& last_time) const {
-  if (elapsed < last_time.moving) return last_time.moving - elapsed;
-  if (elapsed >= last_time.standing) return timing_.poll;
-  const Clock::duration between = (last_time.standing - last_time.moving) / kAsksAroundTheEnd;
-  return std::clamp<Clock::duration>(between, kQuickestPoll, timing_.poll);
+  Clock::duration pause = elapsed / kSharesOfUnknown;  // none of this length was seen yet
+  if (last_time.standing != Clock::duration{}) {
+    if (elapsed < last_time.moving) return last_time.moving - elapsed;
+    const Clock::duration late = elapsed - last_time.standing;
+    pause = late < Clock::duration{} ? (last_time.standing - last_time.moving) / kAsksAroundTheEnd : late;
+  }
+  return std::clamp<Clock::duration>(pause, std::min(kQuickestPoll, timing_.poll), timing_.poll);
 }
 
 int UsbWheel::Move(int slot, MoveTime& took, Clock::duration limit) {

@@ -12,8 +12,10 @@ namespace dermap::emulator {
 
 class LightPath {
  public:
-  // Renders the scene of the rig: takes seconds.
-  LightPath(const RigConfig& rig, const WheelMotion& wheel, const ProgressFunction& progress = {});
+  // Renders the scene of the rig: takes seconds. A flash that is fired before its lamp says that it has
+  // recycled, at nine tenths of `flash_recycle_s`, stays dark.
+  LightPath(const RigConfig& rig, const WheelMotion& wheel, double flash_recycle_s,
+            const ProgressFunction& progress = {});
 
   FrameRole target = FrameRole::kBlack;
   // One exposure, with what stands in the light now; what it returns makes the file, at any time and in any
@@ -22,7 +24,10 @@ class LightPath {
 
  private:
   const WheelMotion& wheel_;
+  bool FlashFires();
   OpticalBench bench_;
+  double flash_recycle_s_;
+  Clock::time_point flash_ready_{};
   int shots_ = 0;
 };
 

@@ -23,7 +23,7 @@ int SlotsOf(const RigConfig& rig) {
 
 EmulatedStation::EmulatedStation(const StationOptions& o, const ProgressFunction& progress)
     : motion_(SlotsOf(o.rig), o.real_time ? kSecondsPerSlot : 0.0),
-      light_(o.rig, motion_, progress),
+      light_(o.rig, motion_, o.real_time ? o.rig.flash_recycle_s : 0.0, progress),
       camera_([this](double ms, int iso) { return light_.Expose(ms, iso); },
               o.real_time ? CameraTiming::Real() : CameraTiming{}),
       camera_usb_(camera_),

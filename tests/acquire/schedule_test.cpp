@@ -53,6 +53,23 @@ TEST(Schedule, ShippedPlanFitsTheShippedRig) {
   EXPECT_EQ(schedule.size(), 20u);
 }
 
+// Black frames of two ISO are 1 and 2, Spectralon is 3 and 4, skin 5 and 6; 7 is black, of a changed
+// exposure.
+TEST(Schedule, TakesOneBlackFrameFirstAndTheOthersWhereTheWheelPasses) {
+  const RigConfig rig = acquire_test::SmallRig();
+  PlanConfig plan = TwoFilters();
+  plan.exposures[1].iso = 160;
+  auto schedule = MakeSchedule(rig, plan);
+  AddBlackFrames({10.0, 250}, 1, rig, schedule);
+  const auto numbers = [&](bool turned_by_hand) {
+    std::vector<int> order;
+    for (const FrameRecord& f : InOrderOfTaking(schedule, turned_by_hand)) order.push_back(f.number);
+    return order;
+  };
+  EXPECT_EQ(numbers(false), (std::vector{1, 3, 4, 2, 7, 5, 6}));
+  EXPECT_EQ(numbers(true), (std::vector{1, 2, 7, 3, 4, 5, 6}));
+}
+
 // Two filters at ISO 100 and 160; the second's skin frames go to 125, then both its roles to 250.
 TEST(Schedule, TakesAChangedFilterAtItsNewIsoWithBlackFramesOfItsOwn) {
   const RigConfig rig = acquire_test::SmallRig();

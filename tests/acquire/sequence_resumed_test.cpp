@@ -4,6 +4,7 @@
 #include <signal.h>
 #include <sys/resource.h>
 
+#include <array>
 #include <fstream>
 
 #include "common/files/atomic_file.h"
@@ -15,7 +16,9 @@ namespace {
 // The camera dies before each frame in turn.
 TEST_F(Sequence, ResumesAfterADeviceFailureAtEveryFrame) {
   const auto hashes = Undisturbed();
-  for (int dies_at = 1; dies_at <= kSmallPlanFrames; ++dies_at) {
+  constexpr std::array kOrder{1, 3, 4, 2, 5, 6};
+  for (int taken = 0; taken < kSmallPlanFrames; ++taken) {
+    const int dies_at = kOrder[static_cast<std::size_t>(taken)];
     fs::remove_all(options_.out);
     options_.resume = false;
     WatchedStation& station = Watch();
@@ -23,14 +26,14 @@ TEST_F(Sequence, ResumesAfterADeviceFailureAtEveryFrame) {
       if (s.shot == dies_at) throw DeviceError("unplugged");
     };
     EXPECT_THROW(RunCapture(options_, station), DeviceError);
-    if (dies_at > 1) {
+    if (taken > 0) {
       EXPECT_FALSE(ReadSession(options_.out).complete);
     }
     station.before_capture = nullptr;
     options_.resume = true;
     const CaptureSummary summary = RunCapture(options_, station);
-    EXPECT_EQ(summary.kept, dies_at - 1);
-    EXPECT_EQ(summary.taken, kSmallPlanFrames - dies_at + 1);
+    EXPECT_EQ(summary.kept, taken);
+    EXPECT_EQ(summary.taken, kSmallPlanFrames - taken);
     for (const auto& [shot, times] : station.shots) EXPECT_EQ(times, shot == dies_at ? 2 : 1) << shot;
     ExpectWhole(hashes);
   }
@@ -129,8 +132,9 @@ TEST_F(Sequence, FullDiskIsAStorageErrorAndCanBeResumed) {
   station.before_capture = nullptr;
   options_.resume = true;
   // Frame 3 was on its way to the disk while frame 4 was exposed: it is there as a whole, or not at all.
+  // Frame 1 was there before; frame 2 comes later.
   const auto files = std::distance(fs::directory_iterator(options_.out / "frames"), fs::directory_iterator{});
-  EXPECT_GE(files, 2);
+  EXPECT_GE(files, 1);
   EXPECT_EQ(RunCapture(options_, station).kept, files);
   ExpectWhole(hashes);
 }

@@ -8,7 +8,8 @@
 namespace dermap::acquire_test {
 namespace {
 
-// The plan by hand: a black frame for each of two ISO, then two filters on Spectralon, then on skin.
+// The plan by hand: a black frame for each of two ISO, two filters on Spectralon, then on skin. The second
+// black frame comes where the wheel passes the opaque slot.
 TEST_F(Sequence, TakesWhatThePlanAsksForInOrder) {
   std::vector<std::string> files;
   int warnings = 0;
@@ -22,10 +23,9 @@ TEST_F(Sequence, TakesWhatThePlanAsksForInOrder) {
   };
   options_.progress = [&](double f) { fractions.push_back(f); };
   const CaptureSummary summary = RunCapture(options_);
-  EXPECT_THAT(files,
-              testing::ElementsAre("frames/0001_black_0nm.dng", "frames/0002_black_0nm.dng",
-                                   "frames/0003_spectralon_540nm.dng", "frames/0004_spectralon_650nm.dng",
-                                   "frames/0005_skin_540nm.dng", "frames/0006_skin_650nm.dng"));
+  EXPECT_THAT(files, testing::ElementsAre("frames/0001_black_0nm.dng", "frames/0003_spectralon_540nm.dng",
+                                          "frames/0004_spectralon_650nm.dng", "frames/0002_black_0nm.dng",
+                                          "frames/0005_skin_540nm.dng", "frames/0006_skin_650nm.dng"));
   EXPECT_EQ(summary.taken, kSmallPlanFrames);
   EXPECT_EQ(summary.kept, 0);
   EXPECT_TRUE(summary.session.complete);

@@ -136,7 +136,7 @@ TEST_F(EmulatedSession, GoesOnOnceAJammedThorlabsWheelWasFreed) {
 // The wheel falls silent on its move to frame 5, at which the session is ended: it is resumed with a wheel
 // that cannot be opened.
 TEST_F(EmulatedSession, AsksTheOperatorToSeeToADeviceThatFailsBeforeTheFirstFrame) {
-  Emulate({"wheel-silent@4"});
+  Emulate({"wheel-silent@5"});
   int asked_to_stop = 0;
   options_.stop = [&] { return ++asked_to_stop > 4; };
   EXPECT_FALSE(Capture().session.complete);
@@ -215,7 +215,7 @@ TEST_P(SlippingWheel, IsNoticedWhereOnlyTheOperatorCanHelp) {
   ExpectWhole();
 }
 
-INSTANTIATE_TEST_SUITE_P(FromEachMoveOn, SlippingWheel, testing::Range(2, 7));
+INSTANTIATE_TEST_SUITE_P(FromEachMoveOn, SlippingWheel, testing::Range(2, 8));
 
 // The opaque slot is not where the wheel says it is, from the start.
 TEST_F(EmulatedSession, NoticesABlackFrameThatIsLit) {
