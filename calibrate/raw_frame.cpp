@@ -2,14 +2,13 @@
 // Raw decoding by LibRaw: exact values of the active area, the filter pattern, black and white level.
 #include "calibrate/raw_frame.h"
 
-#include <libraw/libraw.h>
-
 #include <algorithm>
 #include <cmath>
 #include <memory>
 #include <system_error>
 #include <vector>
 
+#include "calibrate/packed_raw.h"
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
 #include "common/files/raw_guard.h"
@@ -111,7 +110,7 @@ BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
   // From memory: by name LibRaw asks a stream for every byte, which takes longer than decoding.
   std::vector<std::byte> bytes = ReadBinaryFile(path);
   if (!SurvivesLibRaw(bytes)) Fail(path, "damaged where it names its camera");
-  const auto raw = std::make_unique<LibRaw>();  // some hundred kilobytes: too large for a thread's stack
+  const auto raw = std::make_unique<PackedRaw>();  // some hundred kilobytes: too large for a thread's stack
   int data_errors = 0;
   raw->set_dataerror_handler(CountDataError, &data_errors);
   raw->imgdata.params.max_raw_memory_mb = kMaxRawMegabytes;
@@ -119,6 +118,7 @@ BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
     Fail(path, std::string("not a raw file that can be read (") + libraw_strerror(code) + ")");
   }
   CheckSizes(raw->imgdata.sizes, path);
+  raw->DecodeQuickly();
   if (const int code = raw->unpack(); code != LIBRAW_SUCCESS) {
     Fail(path, std::string("damaged or cut short (") + libraw_strerror(code) + ")");
   }
