@@ -14,7 +14,7 @@
 #include <random>
 
 #include "acquire/simulated/dng_writer.h"
-#include "calibrate/packed_raw.h"
+#include "calibrate/unpack_bits.h"
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
 
