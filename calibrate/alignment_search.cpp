@@ -35,7 +35,7 @@ float Between(const PlaneF& m, double x, double y) {
 
 struct Row {
   float slope_x, slope_y, value, reference;
-  Point unit;
+  std::array<double, Warp::kModes> modes;
 };
 
 std::vector<Row> RowsOf(const WarpProblem& problem, const Warp& warp) {
@@ -44,13 +44,14 @@ std::vector<Row> RowsOf(const WarpProblem& problem, const Warp& warp) {
     for (int x = 0; x < problem.mask.width(); x += kStride) {
       if (problem.mask(x, y) == 0) continue;
       const Point unit = UnitOf(x, y, problem.band);
-      const Point d = warp.At(unit);
+      const auto modes = Warp::Modes(unit);
+      const Point d = warp.Of(modes);
       const double px = x + d.x;
       const double py = y + d.y;
       if (px < 0 || py < 0 || px > problem.mask.width() - 1 || py > problem.mask.height() - 1) continue;
       // Slopes of the reference, the mean of many bands, have less noise than the band's own.
       rows.push_back({problem.reference.dx(x, y), problem.reference.dy(x, y), Between(problem.band, px, py),
-                      problem.reference.value(x, y), unit});
+                      problem.reference.value(x, y), modes});
     }
   }
   return rows;
@@ -90,7 +91,7 @@ WarpFit Step(const WarpProblem& problem, Warp& warp) {
   Eigen::VectorXd right = Eigen::VectorXd::Zero(unknowns);
   std::array<double, 2 * Warp::kModes> g{};
   for (std::size_t k = 0; k < rows.size(); ++k) {
-    const auto m = Warp::Modes(rows[k].unit);
+    const auto& m = rows[k].modes;
     for (int i = 0; i < modes; ++i) {
       g[i] = rows[k].slope_x * m[i];
       g[modes + i] = rows[k].slope_y * m[i];

@@ -13,6 +13,7 @@
 #include "calibrate/spectralon.h"
 #include "calibrate/statistics.h"
 #include "common/core/error.h"
+#include "common/core/kernel.h"
 
 namespace dermap {
 namespace {
@@ -81,6 +82,10 @@ void CountMasked(const Mosaic& mosaic, const Window& window, BandCalibration& re
   record.masked_share = std::max(record.masked_share, std::min(1.0, masked / inside));
 }
 
+DERMAP_KERNEL void OrInto(const std::uint8_t* from, std::size_t count, std::uint8_t* to) {
+  for (std::size_t i = 0; i < count; ++i) to[i] |= from[i];
+}
+
 // Moves the signals, which are of the frame's size, out of their frames: Spectralon's must be given back.
 SkinMosaic MakeMosaic(const SessionContext& context, SignalFrame& skin, SignalFrame& spectralon,
                       int spectralon_frames) {
@@ -89,8 +94,7 @@ SkinMosaic MakeMosaic(const SessionContext& context, SignalFrame& skin, SignalFr
   out.mosaic.skin = std::move(skin.signal);
   out.mosaic.spectralon = std::move(spectralon.signal);
   out.mosaic.mask = std::move(skin.mask);
-  for (std::size_t i = 0; i < out.mosaic.mask.size(); ++i)
-    out.mosaic.mask.data()[i] |= spectralon.mask.data()[i];
+  OrInto(spectralon.mask.data(), out.mosaic.mask.size(), out.mosaic.mask.data());
   const RigOptics& optics = context.session.rig.optics;
   const double width = out.mosaic.width(), height = out.mosaic.height();
   out.mosaic.lens = {0.5 * width, 0.5 * height, 0.5 * std::hypot(width, height), optics.distortion_k1,
@@ -141,11 +145,12 @@ PlaneF CropToWindow(const Window& window, Mosaic& mosaic) {
 
 // One skin frame beside the Spectralon: window, stray light, scale.
 SkinMosaic PrepareSkin(const SessionContext& context, SignalFrame& skin, SignalFrame& spectralon,
-                       int spectralon_frames, const Known& certificate, BandCalibration& record) {
+                       const OfKinds& spectralon_means, int spectralon_frames, const Known& certificate,
+                       BandCalibration& record) {
   const GrayCardRatio card = CompareGrayCard(skin, spectralon, context.gray_card);
   const double drift = card.ratio * spectralon.record.iso / skin.record.iso;
   AddNotes(CheckCard(skin, spectralon, card, drift, context.gray_card), record.notes);
-  const FrameMeans frames{KindMeans(skin), KindMeans(spectralon)};
+  const FrameMeans frames{KindMeans(skin), spectralon_means};
   if (record.picture.empty()) {
     FramePicture picture = PictureOf(skin.signal);
     record.picture = std::move(picture.picture);
@@ -203,11 +208,11 @@ BandFrames PrepareBand(const SessionContext& context, const Band& band, const Kn
     CheckSpectralon(white, context.gray_card);
   }
   const auto white_frames = static_cast<int>(whites.size());
-  const OfKinds means = KindMeans(whites[0]);
-  // A lattice of a longer pattern has no colour of its own.
-  if (whites[0].period == 2) std::copy_n(means.begin(), kLatticeCount, record.spectralon_colours.begin());
-  record.lattice_colours = context.blacks.sensor().colours;
   SignalFrame spectralon = MeanSpectralon(std::move(whites), context.gray_card);
+  const OfKinds means = KindMeans(spectralon);
+  // A lattice of a longer pattern has no colour of its own.
+  if (spectralon.period == 2) std::copy_n(means.begin(), kLatticeCount, record.spectralon_colours.begin());
+  record.lattice_colours = context.blacks.sensor().colours;
   AddNotes(spectralon.notes, record.notes);
   for (const FrameRecord& frame : context.session.frames) {
     if (frame.role != FrameRole::kSkin || frame.wavelength_nm != band.wavelength_nm) continue;
@@ -216,7 +221,7 @@ BandFrames PrepareBand(const SessionContext& context, const Band& band, const Kn
     record.skin_files.push_back(frame.file);
     AddNotes(skin.notes, record.notes);
     AddTransferPoints(skin, spectralon, white_frames, context.gray_card, out);
-    out.skins.push_back(PrepareSkin(context, skin, spectralon, white_frames, certificate, record));
+    out.skins.push_back(PrepareSkin(context, skin, spectralon, means, white_frames, certificate, record));
   }
   return out;
 }

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
+#include <numeric>
 
 #include "calibrate/failure.h"
 #include "calibrate/frame_picture.h"
 #include "calibrate/statistics.h"
+#include "common/core/kernel.h"
 #include "common/core/parallel.h"
 
 namespace dermap {
@@ -30,73 +33,107 @@ struct StepScatter {
   double median = 0.0, sigma = 0.0;  // robust, in steps
 };
 
-// By counting: black frames take few different values.
-StepScatter MedianOfSteps(const Plane<std::uint16_t>& steps, int lattice, int stride) {
-  std::vector<std::uint32_t> histogram(65536, 0);
-  std::uint32_t total = 0;
-  for (int y = lattice >> 1; y < steps.height(); y += stride) {
-    for (int x = lattice & 1; x < steps.width(); x += stride) {
-      ++histogram[steps(x, y)];
-      ++total;
-    }
+// Black frames take few different values: medians are found by counting.
+using Histogram = std::vector<std::uint32_t>;
+
+Histogram HistogramOf(const Plane<std::uint16_t>& steps, int lattice) {
+  Histogram histogram(65536, 0);
+  for (int y = lattice >> 1; y < steps.height(); y += 2) {
+    const std::uint16_t* row = steps.Row(y);
+    for (int x = lattice & 1; x < steps.width(); x += 2) ++histogram[row[x]];
   }
-  const auto median_of = [&](const std::vector<std::uint32_t>& counts) {
-    std::uint32_t below = 0;
-    std::size_t i = 0;
-    while (i + 1 < counts.size() && 2 * (below + counts[i]) < total) below += counts[i++];
-    return i;
-  };
-  const std::size_t median = median_of(histogram);
-  std::vector<std::uint32_t> deviations(65536, 0);
+  return histogram;
+}
+
+std::size_t MedianOf(const Histogram& counts) {
+  const std::uint64_t total = std::accumulate(counts.begin(), counts.end(), std::uint64_t{0});
+  std::uint64_t below = 0;
+  std::size_t i = 0;
+  while (i + 1 < counts.size() && 2 * (below + counts[i]) < total) below += counts[i++];
+  return i;
+}
+
+StepScatter ScatterOf(const Histogram& histogram) {
+  const std::size_t median = MedianOf(histogram);
+  Histogram deviations(histogram.size(), 0);
   for (std::size_t i = 0; i < histogram.size(); ++i)
     deviations[i > median ? i - median : median - i] += histogram[i];
-  return {double(median), 1.4826 * double(median_of(deviations))};
+  return {double(median), 1.4826 * double(MedianOf(deviations))};
+}
+
+// One more frame: its values into the sums and, from the second on (Welford), the squared deviations.
+DERMAP_KERNEL void AddValues(const std::uint16_t* values, std::size_t count, std::uint32_t* sum) {
+  for (std::size_t k = 0; k < count; ++k) sum[k] += values[k];
+}
+
+DERMAP_KERNEL void AddValuesAndSquares(const std::uint16_t* values, std::size_t count, float frames_before,
+                                       std::uint32_t* sum, float* squares) {
+  const float per_frame = 1.0f / frames_before, share = frames_before / (frames_before + 1.0f);
+  for (std::size_t k = 0; k < count; ++k) {
+    const float delta =
+        static_cast<float>(values[k]) - static_cast<float>(static_cast<std::int32_t>(sum[k])) * per_frame;
+    squares[k] += delta * delta * share;
+    sum[k] += values[k];
+  }
+}
+
+DERMAP_KERNEL void ToSteps(const std::uint32_t* sum, std::size_t count, float to_steps,
+                           std::uint16_t* steps) {
+  for (std::size_t k = 0; k < count; ++k) {
+    const float value = static_cast<float>(static_cast<std::int32_t>(sum[k])) * to_steps + 0.5f;
+    steps[k] = static_cast<std::uint16_t>(static_cast<std::int32_t>(value < 65535.0f ? value : 65535.0f));
+  }
+}
+
+// Calls body(first, count) for strips of `size` photosites, in parallel.
+template <class Body>
+void ForStrips(std::size_t size, const Body& body) {
+  ParallelFor(kStrips, [&](int strip) {
+    const std::size_t first = size * static_cast<std::size_t>(strip) / kStrips;
+    body(strip, first, size * static_cast<std::size_t>(strip + 1) / kStrips - first);
+  });
 }
 
 // Sums over the black frames of one level.
 struct BlackSums {
   Plane<std::uint32_t> sum;
-  PlaneF squares;  // sum of squared deviations from the running mean (Welford), from the second frame on
+  PlaneF squares;  // of deviations from the running mean, from the second frame on
   int frames = 0;
 
   void Add(const BayerFrame& frame) {
     if (frames == 0) sum = Plane<std::uint32_t>(frame.values.width(), frame.values.height());
     if (frames == 1) squares = PlaneF(sum.width(), sum.height());
-    const auto before = static_cast<float>(frames);
-    ++frames;
-    ParallelFor(kStrips, [&](int strip) {
-      const std::size_t first = sum.size() * strip / kStrips, last = sum.size() * (strip + 1) / kStrips;
-      const std::uint16_t* values = frame.values.data();
-      if (frames > 1) {
-        const float per_frame = 1.0f / before, share = before / (before + 1.0f);
-        for (std::size_t k = first; k < last; ++k) {
-          const float delta = static_cast<float>(values[k]) - static_cast<float>(sum.data()[k]) * per_frame;
-          squares.data()[k] += delta * delta * share;
-        }
-      }
-      for (std::size_t k = first; k < last; ++k) sum.data()[k] += values[k];
+    ForStrips(sum.size(), [&](int, std::size_t first, std::size_t count) {
+      const std::uint16_t* values = frame.values.data() + first;
+      if (frames == 0) return AddValues(values, count, sum.data() + first);
+      AddValuesAndSquares(values, count, static_cast<float>(frames), sum.data() + first,
+                          squares.data() + first);
     });
+    ++frames;
   }
 
   Plane<std::uint16_t> MeanIn(float step_dn) const {
     Plane<std::uint16_t> mean(sum.width(), sum.height());
     const float to_steps = 1.0f / (step_dn * static_cast<float>(frames));
-    for (std::size_t k = 0; k < sum.size(); ++k) {
-      const float steps = static_cast<float>(sum.data()[k]) * to_steps;
-      mean.data()[k] = static_cast<std::uint16_t>(std::min(steps + 0.5f, 65535.0f));
-    }
+    ForStrips(sum.size(), [&](int, std::size_t first, std::size_t count) {
+      ToSteps(sum.data() + first, count, to_steps, mean.data() + first);
+    });
     return mean;
   }
 
   // Of one frame, from frame to frame; NaN with one frame.
   double Variance(const MaskPlane& hot) const {
-    double total = 0.0;
-    double count = 0.0;
-    for (std::size_t k = 0; k < squares.size(); ++k) {
-      if (hot.data()[k] != 0) continue;
-      total += squares.data()[k];
-      count += 1.0;
-    }
+    std::array<double, kStrips> totals{}, counts{};
+    ForStrips(squares.size(), [&](int strip, std::size_t first, std::size_t count) {
+      const auto s = static_cast<std::size_t>(strip);
+      for (std::size_t k = first; k < first + count; ++k) {
+        const bool usable = hot.data()[k] == 0;
+        totals[s] += usable ? squares.data()[k] : 0.0f;
+        counts[s] += usable ? 1.0 : 0.0;
+      }
+    });
+    const double count = std::accumulate(counts.begin(), counts.end(), 0.0);
+    const double total = std::accumulate(totals.begin(), totals.end(), 0.0);
     return count > 0.0 ? total / (count * (frames - 1)) : std::numeric_limits<double>::quiet_NaN();
   }
 };
@@ -192,24 +229,32 @@ void BlackFrames::AddLevel(const Session& session, const FrameReader& read, doub
   level.frames = sums.frames;
   level.step_dn = sensor_.white_level > kFineSteps ? 0.25f : 1.0f / 16.0f;
   level.mean_steps = sums.MeanIn(level.step_dn);
-  FindHotPhotosites(level);
-  level.level_dn = level.step_dn * MedianOfSteps(level.mean_steps, 0, 1).median;
+  level.level_dn = FindHotPhotosites(level);
   level.temporal_variance = sums.Variance(hot_);
   levels_.push_back(std::move(level));
 }
 
-void BlackFrames::FindHotPhotosites(const BlackReference& level) {
-  if (!options_.mask_hot) return;
-  for (int lattice = 0; lattice < kLatticeCount; ++lattice) {
-    const StepScatter scatter = MedianOfSteps(level.mean_steps, lattice, 2);
+double BlackFrames::FindHotPhotosites(const BlackReference& level) {
+  std::array<Histogram, kLatticeCount> histograms;
+  ParallelFor(kLatticeCount, [&](int lattice) {
+    Histogram& own = histograms[static_cast<std::size_t>(lattice)];
+    own = HistogramOf(level.mean_steps, lattice);
+    if (!options_.mask_hot) return;
+    const StepScatter scatter = ScatterOf(own);
     const double limit =
         kHotSigmas * std::max(double(level.step_dn) * scatter.sigma, kSmallestScatterDn) / level.step_dn;
+    const double darkest = scatter.median - limit, brightest = scatter.median + limit;
     for (int y = lattice >> 1; y < sensor_.height; y += 2) {
+      const std::uint16_t* steps = level.mean_steps.Row(y);
       for (int x = lattice & 1; x < sensor_.width; x += 2) {
-        if (std::abs(level.mean_steps(x, y) - scatter.median) > limit) hot_(x, y) = kPhotositeHot;
+        if (steps[x] < darkest || steps[x] > brightest) hot_(x, y) = kPhotositeHot;
       }
     }
-  }
+  });
+  Histogram all = histograms[0];
+  for (std::size_t lattice = 1; lattice < kLatticeCount; ++lattice)
+    std::transform(all.begin(), all.end(), histograms[lattice].begin(), all.begin(), std::plus<>());
+  return level.step_dn * static_cast<double>(MedianOf(all));
 }
 
 double BlackFrames::hot_share() const {

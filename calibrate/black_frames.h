@@ -79,7 +79,8 @@ class BlackFrames {
 
  private:
   void AddLevel(const Session& session, const FrameReader& read, double exposure_ms, int iso);
-  void FindHotPhotosites(const BlackReference& level);
+  // Marks them; returns the median of all photosites, DN.
+  double FindHotPhotosites(const BlackReference& level);
 
   SensorFormat sensor_;
   SignalOptions options_;

@@ -143,7 +143,8 @@ bool StartLevels(const std::vector<EdgeSample>& samples, std::size_t segments, M
 // Of a weighted residual: noise, and what the model itself leaves.
 double Scale(const Model& model, const EdgeSample& p, double sigma) {
   const auto& level = model.levels[static_cast<std::size_t>(p.segment)];
-  return std::hypot(sigma, std::abs(level[1] - level[0]) * kModelScatter * std::sqrt(p.weight));
+  const double of_model = (level[1] - level[0]) * kModelScatter;
+  return std::sqrt(sigma * sigma + of_model * of_model * p.weight);
 }
 
 double RobustWeight(double sigmas, bool redescend) {
@@ -261,8 +262,8 @@ double Uncertainty(const EdgeNormal& normal, int edge, double sigma) {
 }  // namespace
 
 std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std::array<Edge, 4>& edges,
-                                                 double window_mm) {
-  const EdgeSamples samples = CollectEdgeSamples(mosaic, edges, window_mm);
+                                                 double window_mm, std::size_t most_samples) {
+  const EdgeSamples samples = CollectEdgeSamples(mosaic, edges, window_mm, most_samples);
   const auto count = static_cast<std::size_t>(samples.segments);
   Model start;
   start.reach = samples.reach;

@@ -29,7 +29,9 @@ struct EdgeShift {
 // the other levels to a stretch of an edge. Interpolating first would not do: where a filter's light reaches
 // one colour only, its lattice steps by two photosites, wider than the lens blurs, and half-level points are
 // off by up to half a photosite. nullopt where the fit fails or wanders off.
+// Of a large window no more than `most_samples` photosites are used, evenly spread.
+inline constexpr std::size_t kEdgeSamples = 20000;
 std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std::array<Edge, 4>& edges,
-                                                 double window_mm);
+                                                 double window_mm, std::size_t most_samples = kEdgeSamples);
 
 }  // namespace dermap

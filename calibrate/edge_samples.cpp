@@ -16,7 +16,6 @@ constexpr double kOutside_mm = 0.2;
 // Along an edge, with levels of its own: skin's structure must not look like the lens's blur.
 constexpr double kSegment_mm = 0.4;
 constexpr double kLeastSegment_px = 10.0;
-constexpr std::size_t kMostSamples = 20000;
 constexpr double kReadNoiseDn = 20.0;  // signal at which shot noise equals read noise, about
 
 EdgeReach ReachOf(const std::array<Edge, 4>& edges, std::size_t i, double window_mm) {
@@ -66,8 +65,8 @@ void Collect(const Mosaic& mosaic, const Edge& edge, const EdgeReach& reach, int
 }
 
 // Every n-th sample of a window of many photosites; n is odd, so that all colours stay.
-void Thin(std::vector<EdgeSample>& samples) {
-  std::size_t every = samples.size() / kMostSamples + 1;
+void Thin(std::size_t most, std::vector<EdgeSample>& samples) {
+  std::size_t every = samples.size() / most + 1;
   if (every == 1) return;
   every |= 1U;
   std::size_t kept = 0;
@@ -77,7 +76,8 @@ void Thin(std::vector<EdgeSample>& samples) {
 
 }  // namespace
 
-EdgeSamples CollectEdgeSamples(const Mosaic& mosaic, const std::array<Edge, 4>& edges, double window_mm) {
+EdgeSamples CollectEdgeSamples(const Mosaic& mosaic, const std::array<Edge, 4>& edges, double window_mm,
+                               std::size_t most_samples) {
   EdgeSamples out;
   for (std::size_t i = 0; i < 4; ++i) {
     out.reach[i] = ReachOf(edges, i, window_mm);
@@ -87,7 +87,7 @@ EdgeSamples CollectEdgeSamples(const Mosaic& mosaic, const std::array<Edge, 4>& 
     Collect(mosaic, edges[i], out.reach[i], static_cast<int>(i), out.segments, own, out.samples);
     out.segments += own;
   }
-  Thin(out.samples);
+  Thin(most_samples, out.samples);
   return out;
 }
 

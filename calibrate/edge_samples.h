@@ -28,6 +28,7 @@ struct EdgeSamples {
   int segments = 0;  // stretches of the edges with levels of their own
 };
 
-EdgeSamples CollectEdgeSamples(const Mosaic& mosaic, const std::array<Edge, 4>& edges, double window_mm);
+EdgeSamples CollectEdgeSamples(const Mosaic& mosaic, const std::array<Edge, 4>& edges, double window_mm,
+                               std::size_t most_samples);
 
 }  // namespace dermap

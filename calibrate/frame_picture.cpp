@@ -7,6 +7,8 @@
 #include <opencv2/core.hpp>
 #include <opencv2/imgproc.hpp>
 
+#include "common/core/kernel.h"
+
 namespace dermap {
 namespace {
 
@@ -15,6 +17,10 @@ constexpr Rgb8 kCardColour{0, 158, 255};
 constexpr Rgb8 kFoundColour{255, 64, 64};
 constexpr Rgb8 kWindowColour{255, 176, 0};
 constexpr double kLeastBrightest = 4.0;  // DN: noise alone must not be stretched to a picture
+
+DERMAP_KERNEL void AddPairs(const float* values, std::size_t cells, float* sums) {
+  for (std::size_t i = 0; i < cells; ++i) sums[i] += values[2 * i] + values[2 * i + 1];
+}
 
 cv::Point Fixed(Point p, double scale) {  // drawing has the first pixel's centre at 0
   const auto fixed = [&](double v) {
@@ -36,9 +42,8 @@ cv::Scalar ColourOf(Rgb8 c) {
 
 FramePicture PictureOf(const PlaneF& signal, int width) {
   PlaneF cells(signal.width() / 2, signal.height() / 2);
-  for (int y = 0; y < 2 * cells.height(); ++y) {
-    for (int x = 0; x < 2 * cells.width(); ++x) cells(x / 2, y / 2) += signal(x, y);
-  }
+  for (int y = 0; y < 2 * cells.height(); ++y)
+    AddPairs(signal.Row(y), static_cast<std::size_t>(cells.width()), cells.Row(y / 2));
   FramePicture out;
   const int picture_width = std::min(width, cells.width());
   const int height = std::max(1, cells.height() * picture_width / cells.width());

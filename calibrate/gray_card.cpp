@@ -66,11 +66,15 @@ GrayCardRatio CompareGrayCard(const SignalFrame& a, const SignalFrame& b, const 
   std::array<Sums, kMostKinds> kinds;
   std::array<Sums, kBlocks * kBlocks> blocks;
   for (int y = card.y; y < card.y + card.height; ++y) {
-    for (int x = card.x; x < card.x + card.width; ++x) {
-      if (a.mask(x, y) != 0 || b.mask(x, y) != 0) continue;
-      const Sums one{a.signal(x, y), b.signal(x, y), 1};
-      kinds[KindOf(x, y, a.period)].Add(one);
-      blocks[(y - card.y) * kBlocks / card.height * kBlocks + (x - card.x) * kBlocks / card.width].Add(one);
+    Sums* block_row = &blocks[(y - card.y) * kBlocks / card.height * kBlocks];
+    for (int block = 0; block < kBlocks; ++block) {
+      const auto begin = [&](int k) { return card.x + (k * card.width + kBlocks - 1) / kBlocks; };
+      for (int x = begin(block); x < begin(block + 1); ++x) {
+        if (a.mask(x, y) != 0 || b.mask(x, y) != 0) continue;
+        const Sums one{a.signal(x, y), b.signal(x, y), 1};
+        kinds[KindOf(x, y, a.period)].Add(one);
+        block_row[block].Add(one);
+      }
     }
   }
   GrayCardRatio result;

@@ -6,6 +6,8 @@
 #include <cmath>
 #include <limits>
 
+#include "common/core/kernel.h"
+
 namespace dermap {
 namespace {
 
@@ -20,6 +22,10 @@ Plane<T> CropPlane(const Plane<T>& plane, int x0, int y0, int x1, int y1) {
   return out;
 }
 
+DERMAP_KERNEL void AddTo(const float* from, std::size_t count, float* to) {
+  for (std::size_t i = 0; i < count; ++i) to[i] += from[i];
+}
+
 // Sums along one axis in steps of the pattern, whole rows at a time.
 void SmoothAlong(const PlaneF& in, PlaneF& out, int dx, int dy) {
   const int radius = std::max(1, kSmoothReach / std::max(dx, dy));
@@ -30,20 +36,34 @@ void SmoothAlong(const PlaneF& in, PlaneF& out, int dx, int dy) {
       const int ny = y + k * dy;
       if (ny < 0 || ny >= in.height()) continue;
       const int shift = k * dx;
-      const float* from = in.Row(ny);
       const int first = std::max(0, -shift);
       const int last = std::min(in.width(), in.width() - shift);
-      for (int x = first; x < last; ++x) to[x] += from[x + shift];
+      if (first < last) AddTo(in.Row(ny) + first + shift, static_cast<std::size_t>(last - first), to + first);
     }
   }
 }
 
-PlaneF SmoothSum(const PlaneF& plane, int period) {
-  PlaneF across(plane.width(), plane.height());
-  PlaneF both(plane.width(), plane.height());
+// `across` is room to work in.
+void SmoothSum(PlaneF& plane, PlaneF& across, int period) {
   SmoothAlong(plane, across, period, 0);
-  SmoothAlong(across, both, 0, period);
-  return both;
+  SmoothAlong(across, plane, 0, period);
+}
+
+DERMAP_KERNEL void Usable(const float* values, const float* weights, std::size_t count, float* out) {
+  for (std::size_t i = 0; i < count; ++i) out[i] = weights[i] > 0.0f ? values[i] : 0.0f;
+}
+
+DERMAP_KERNEL void DivideBy(const float* counts, std::size_t count, float* sums) {
+  for (std::size_t i = 0; i < count; ++i) sums[i] = counts[i] > 0.0f ? sums[i] / counts[i] : 0.0f;
+}
+
+// Adds a row's usable photosites to cells of two.
+DERMAP_KERNEL void AddPairs(const float* values, const std::uint8_t* mask, std::size_t cells, float* sums) {
+  for (std::size_t i = 0; i < cells; ++i) {
+    const float a = mask[2 * i] == 0 ? values[2 * i] : 0.0f;
+    const float b = mask[2 * i + 1] == 0 ? values[2 * i + 1] : 0.0f;
+    sums[i] += a + b;
+  }
 }
 
 }  // namespace
@@ -97,12 +117,10 @@ double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y) {
 PlaneF CellReflectance(const Mosaic& mosaic, double darkest) {
   PlaneF skin(mosaic.width() / 2, mosaic.height() / 2);
   PlaneF spectralon(skin.width(), skin.height());
+  const auto cells = static_cast<std::size_t>(skin.width());
   for (int y = 0; y < 2 * skin.height(); ++y) {
-    for (int x = 0; x < 2 * skin.width(); ++x) {
-      if (mosaic.mask(x, y) != 0) continue;
-      skin(x / 2, y / 2) += mosaic.skin(x, y);
-      spectralon(x / 2, y / 2) += mosaic.spectralon(x, y);
-    }
+    AddPairs(mosaic.skin.Row(y), mosaic.mask.Row(y), cells, skin.Row(y / 2));
+    AddPairs(mosaic.spectralon.Row(y), mosaic.mask.Row(y), cells, spectralon.Row(y / 2));
   }
   std::vector<float> sorted;
   const std::size_t step = spectralon.size() / kMostCells + 1;
@@ -118,19 +136,20 @@ PlaneF CellReflectance(const Mosaic& mosaic, double darkest) {
   return skin;
 }
 
-PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask, int period) {
-  PlaneF values(plane.width(), plane.height());
-  PlaneF weights(plane.width(), plane.height());
-  for (std::size_t i = 0; i < plane.size(); ++i) {
-    weights.data()[i] = mask.data()[i] == 0 ? 1.0f : 0.0f;
-    values.data()[i] = weights.data()[i] * plane.data()[i];
+SmoothSignals LatticeSmooth(const Mosaic& mosaic) {
+  const int width = mosaic.width(), height = mosaic.height();
+  const std::size_t size = mosaic.mask.size();
+  PlaneF weights(width, height), across(width, height);
+  SmoothSignals out{PlaneF(width, height), PlaneF(width, height)};
+  for (std::size_t i = 0; i < size; ++i) weights.data()[i] = mosaic.mask.data()[i] == 0 ? 1.0f : 0.0f;
+  Usable(mosaic.skin.data(), weights.data(), size, out.skin.data());
+  Usable(mosaic.spectralon.data(), weights.data(), size, out.spectralon.data());
+  SmoothSum(weights, across, mosaic.period);
+  for (PlaneF* plane : {&out.skin, &out.spectralon}) {
+    SmoothSum(*plane, across, mosaic.period);
+    DivideBy(weights.data(), size, plane->data());
   }
-  PlaneF sum = SmoothSum(values, period);
-  const PlaneF count = SmoothSum(weights, period);
-  for (std::size_t i = 0; i < sum.size(); ++i) {
-    sum.data()[i] = count.data()[i] > 0.0f ? sum.data()[i] / count.data()[i] : 0.0f;
-  }
-  return sum;
+  return out;
 }
 
 }  // namespace dermap

@@ -44,8 +44,12 @@ inline LatticeCell CellAt(const Mosaic& mosaic, int lattice, Point photosites) {
   const int oy = lattice >> 1;
   const double u = (photosites.x - mosaic.x0 - 0.5 - ox) / 2.0;
   const double v = (photosites.y - mosaic.y0 - 0.5 - oy) / 2.0;
-  const int iu = static_cast<int>(std::floor(u));
-  const int iv = static_cast<int>(std::floor(v));
+  const auto floor_of = [](double w) {  // std::floor is a call where the processor may lack SSE 4.1
+    const int whole = static_cast<int>(w);
+    return w < whole ? whole - 1 : whole;
+  };
+  const int iu = floor_of(u);
+  const int iv = floor_of(v);
   LatticeCell cell{2 * iu + ox, 2 * iv + oy, u - iu, v - iv, false};
   cell.inside = cell.x >= 0 && cell.y >= 0 && cell.x + 2 < mosaic.width() && cell.y + 2 < mosaic.height();
   return cell;
@@ -58,8 +62,11 @@ double ReflectanceAt(const Mosaic& mosaic, double camera_x, double camera_y);
 // (less than `darkest` of the brightest cells).
 PlaneF CellReflectance(const Mosaic& mosaic, double darkest);
 
-// Mean over the nearest usable photosites of each photosite's own kind (5x5, or 3x3 of a long period): what
+// Means over the nearest usable photosites of each photosite's own kind (5x5, or 3x3 of a long period): what
 // the noise is reckoned from, so that weights and error bars do not follow the noise itself.
-PlaneF LatticeSmooth(const PlaneF& plane, const MaskPlane& mask, int period);
+struct SmoothSignals {
+  PlaneF skin, spectralon;
+};
+SmoothSignals LatticeSmooth(const Mosaic& mosaic);
 
 }  // namespace dermap

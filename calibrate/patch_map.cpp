@@ -18,12 +18,11 @@ std::array<double, Warp::kModes> Warp::Modes(Point unit) {
           2.0 * unit.x - 1.0,
           2.0 * unit.y - 1.0,
           sx * sy,
-          std::sin(2.0 * kPi * unit.x) * sy,
-          sx * std::sin(2.0 * kPi * unit.y)};
+          2.0 * sx * std::cos(kPi * unit.x) * sy,
+          sx * 2.0 * sy * std::cos(kPi * unit.y)};
 }
 
-Point Warp::At(Point unit) const {
-  const auto modes = Modes(unit);
+Point Warp::Of(const std::array<double, kModes>& modes) const {
   Point d;
   for (std::size_t i = 0; i < kModes; ++i) {
     d.x += p[i] * modes[i];

@@ -15,7 +15,8 @@ struct Warp {
   static constexpr int kModes = 6;     // 1, u, v (-1 ... 1), three bulges
   std::array<double, 2 * kModes> p{};  // x's modes, then y's; each is its largest shift, about, in pixels
   static std::array<double, kModes> Modes(Point unit);
-  Point At(Point unit) const;  // displacement, patch pixels
+  Point Of(const std::array<double, kModes>& modes) const;  // displacement, patch pixels
+  Point At(Point unit) const { return Of(Modes(unit)); }
 };
 
 // A lens that shows a point at the radius r (of the frame's half diagonal) at r (1 + k1 r^2 + k2 r^4). Points

@@ -45,24 +45,28 @@ class SharedNoise {
 }  // namespace
 
 PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise) {
+  const SmoothSignals smooth = LatticeSmooth(mosaic);
   PhotositeNoise out;
-  out.spectralon = LatticeSmooth(mosaic.spectralon, mosaic.mask, mosaic.period);
-  const PlaneF skin = LatticeSmooth(mosaic.skin, mosaic.mask, mosaic.period);
-  out.skin_variance = out.spectralon_variance = out.weight = PlaneF(mosaic.width(), mosaic.height());
-  for (std::size_t i = 0; i < skin.size(); ++i) {
-    const double s = skin.data()[i];
-    const double w = out.spectralon.data()[i];
+  out.signals = Plane<PhotositeSignal>(mosaic.width(), mosaic.height());
+  out.skin_variance = PlaneF(mosaic.width(), mosaic.height());
+  out.spectralon_variance = PlaneF(mosaic.width(), mosaic.height());
+  for (std::size_t i = 0; i < out.signals.size(); ++i) {
+    const double s = smooth.skin.data()[i];
+    const double w = smooth.spectralon.data()[i];
     const double ratio = w > 0.0 ? s / w : 0.0;
     const double of_skin = noise.skin.Variance(s) + noise.skin_black * noise.skin.read_variance;
-    const double of_white = noise.spectralon.Variance(w) / noise.spectralon_frames +
-                            noise.spectralon_black * noise.spectralon.read_variance;
+    const double one_white = noise.spectralon.Variance(w);
+    const double of_white =
+        one_white / noise.spectralon_frames + noise.spectralon_black * noise.spectralon.read_variance;
     // d(s/w) by the black of both: -(1 - s/w) / w.
     const double shared = (1.0 - ratio) * (1.0 - ratio) * noise.shared_black * noise.skin.read_variance;
+    const double as_seen = ratio * ratio * of_white + shared;
     out.skin_variance.data()[i] = static_cast<float>(of_skin);
-    out.spectralon_variance.data()[i] = static_cast<float>(ratio * ratio * of_white + shared);
-    const double total = of_skin + ratio * ratio * of_white + shared;
-    const bool strong = w > kWeakestSignal * std::sqrt(noise.spectralon.Variance(w));
-    out.weight.data()[i] = strong ? static_cast<float>(w * w / total) : 0.0f;
+    out.spectralon_variance.data()[i] = static_cast<float>(as_seen);
+    const bool strong = w > 0.0 && w * w > kWeakestSignal * kWeakestSignal * one_white;
+    const bool usable = strong && mosaic.mask.data()[i] == 0;
+    out.signals.data()[i] = {mosaic.skin.data()[i], mosaic.spectralon.data()[i], static_cast<float>(w),
+                             usable ? static_cast<float>(w * w / (of_skin + as_seen)) : 0.0f};
   }
   return out;
 }

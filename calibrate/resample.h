@@ -24,13 +24,20 @@ struct MosaicNoise {
   double spectralon_black = 0.0;
 };
 
+// What a sample reads of one photosite, side by side in memory.
+struct PhotositeSignal {
+  float skin;        // DN above black
+  float spectralon;  // the same
+  float smooth;      // Spectralon's, smoothed
+  float weight;      // 1 / variance of its reflectance alone, 0 where too weak or masked
+};
+
 // Variances of each photosite from smoothed signals, in DN^2 of skin and Spectralon.
 struct PhotositeNoise {
-  PlaneF spectralon;     // smoothed signal
+  Plane<PhotositeSignal> signals;
   PlaneF skin_variance;  // of the skin frame and its own black
   PlaneF
       spectralon_variance;  // of the Spectralon frame, its own and the shared black, as seen in reflectance
-  PlaneF weight;            // 1 / variance of a single photosite's reflectance, 0 where too weak
 };
 PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise);
 

@@ -49,7 +49,7 @@ void Resampler::Pixel(int px, int py, PixelWeights& out) const {
   out.valid = used > 0 && used >= kFewestSamples * samples_ * samples_;
   if (!out.valid) return;
   out.value = skin_sum / used;
-  for (double& c : out.coefficients) c /= used;
+  for (double& c : out.coefficients) c *= 1.0 / used;
 }
 
 Point Resampler::SamplePoint(int px, int py, int i, int j) const {
@@ -87,8 +87,8 @@ bool Resampler::SamplePlane(Point p, PixelWeights& out, double& value) const {
   const int y1 = std::min({mosaic_.height(), out.y0 + out.height, static_cast<int>(cy + kPlaneReach_px) + 1});
   const auto weight_of = [&](int x, int y, double dx, double dy) {
     const double r2 = (dx * dx + dy * dy) / (kPlaneReach_px * kPlaneReach_px);
-    const bool usable = r2 < 1.0 && mosaic_.mask(x, y) == 0 && mosaic_.spectralon(x, y) > 0.0f;
-    return usable ? noise_.weight(x, y) * (1.0 - r2) * (1.0 - r2) : 0.0;
+    const bool usable = r2 < 1.0 && noise_.signals(x, y).spectralon > 0.0f;
+    return usable ? noise_.signals(x, y).weight * (1.0 - r2) * (1.0 - r2) : 0.0;
   };
   Eigen::Matrix3d normal = Eigen::Matrix3d::Zero();
   for (int y = y0; y < y1; ++y) {
@@ -105,8 +105,9 @@ bool Resampler::SamplePlane(Point p, PixelWeights& out, double& value) const {
       const Eigen::Vector3d row(1.0, x + 0.5 - cx, y + 0.5 - cy);
       const double share = weight_of(x, y, row(1), row(2)) * first.dot(row);
       if (share == 0.0) continue;
-      value += share * mosaic_.scale * mosaic_.skin(x, y) / mosaic_.spectralon(x, y);
-      out.At(x, y) += share * mosaic_.scale / noise_.spectralon(x, y);
+      const PhotositeSignal& own = noise_.signals(x, y);
+      value += share * mosaic_.scale * own.skin / own.spectralon;
+      out.At(x, y) += share * mosaic_.scale / own.smooth;
     }
   }
   return true;
@@ -114,40 +115,46 @@ bool Resampler::SamplePlane(Point p, PixelWeights& out, double& value) const {
 
 bool Resampler::SampleLattices(Point p, PixelWeights& out, double& value) const {
   struct Lattice {
-    LatticeCell cell;
+    int x, y;  // of the cell; copied one by one, since a copy of the whole waits for its parts
     std::array<double, 4> b;
-    double skin = 0, white = 0, smooth_white = 0, weight = 0;
+    PhotositeSignal sum;
   };
   std::array<Lattice, kLatticeCount> lattices;
   double total = 0.0;
   for (int l = 0; l < kLatticeCount; ++l) {
     Lattice& lattice = lattices[l];
-    const LatticeCell c = lattice.cell = CellAt(mosaic_, l, p);
+    const LatticeCell c = CellAt(mosaic_, l, p);
+    lattice.sum = {};
     if (!c.inside) continue;
+    lattice.x = c.x, lattice.y = c.y;
     lattice.b = {(1 - c.fx) * (1 - c.fy), c.fx * (1 - c.fy), (1 - c.fx) * c.fy, c.fx * c.fy};
+    const PhotositeSignal* top = noise_.signals.Row(c.y) + c.x;
+    const PhotositeSignal* bottom = noise_.signals.Row(c.y + 2) + c.x;
     bool usable = true;
     for (int i = 0; i < 4; ++i) {
-      const int x = c.x + 2 * (i & 1);
-      const int y = c.y + 2 * (i >> 1);
-      usable = usable && (mosaic_.mask(x, y) == 0 || lattice.b[i] < 1e-9) && noise_.weight(x, y) > 0.0f;
-      lattice.skin += lattice.b[i] * mosaic_.skin(x, y);
-      lattice.white += lattice.b[i] * mosaic_.spectralon(x, y);
-      lattice.smooth_white += lattice.b[i] * noise_.spectralon(x, y);
-      lattice.weight += lattice.b[i] * noise_.weight(x, y);
+      const PhotositeSignal& one = (i < 2 ? top : bottom)[2 * (i & 1)];
+      const auto b = static_cast<float>(lattice.b[i]);
+      usable &= one.weight > 0.0f || lattice.b[i] < 1e-9;
+      lattice.sum.skin += b * one.skin;
+      lattice.sum.spectralon += b * one.spectralon;
+      lattice.sum.smooth += b * one.smooth;
+      lattice.sum.weight += b * one.weight;
     }
-    if (!usable || !(lattice.white > 0.0)) lattice.weight = 0.0;
-    total += lattice.weight;
+    if (!usable || !(lattice.sum.spectralon > 0.0f)) lattice.sum.weight = 0.0f;
+    total += lattice.sum.weight;
   }
   if (!(total > 0.0)) return false;
   value = 0.0;
   for (const Lattice& lattice : lattices) {
-    if (lattice.weight == 0.0) continue;
-    const double share = lattice.weight / total;
-    value += share * mosaic_.scale * lattice.skin / lattice.white;
-    for (int i = 0; i < 4; ++i) {
-      out.At(lattice.cell.x + 2 * (i & 1), lattice.cell.y + 2 * (i >> 1)) +=
-          share * mosaic_.scale * lattice.b[i] / lattice.smooth_white;
-    }
+    if (lattice.sum.weight == 0.0f) continue;
+    const double share = mosaic_.scale * lattice.sum.weight / total;
+    value += share * lattice.sum.skin / lattice.sum.spectralon;
+    const double each = share / lattice.sum.smooth;
+    double* at = &out.At(lattice.x, lattice.y);
+    at[0] += each * lattice.b[0];
+    at[2] += each * lattice.b[1];
+    at[2 * out.width] += each * lattice.b[2];
+    at[2 * out.width + 2] += each * lattice.b[3];
   }
   return true;
 }

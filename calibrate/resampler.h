@@ -66,7 +66,7 @@ class Resampler {
   void ForEachPhotosite(const PixelWeights& w, const Body& body) const {
     ForEach(w, [&](int x, int y, double c) {
       const Point p = mosaic_.lens.IdealFromPhotosites({mosaic_.x0 + x + 0.5, mosaic_.y0 + y + 0.5});
-      body(p.x, p.y, c * noise_.spectralon(x, y));
+      body(p.x, p.y, c * noise_.signals(x, y).smooth);
     });
   }
 

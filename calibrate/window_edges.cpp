@@ -19,11 +19,12 @@ namespace {
 constexpr double kReach_px = 8.0;        // of a profile to either side
 constexpr double kRoughReach_px = 12.0;  // in the first pass, which starts from a contour
 constexpr double kStep_px = 0.5;
-constexpr double kClear_px = 3.0;        // blur of lens and lattice: nearer to the edge neither side is level
-constexpr int kNeighbours = 2;           // profiles averaged to either side
-constexpr int kPasses = 3;               // the last two by the model of the edge
-constexpr double kFewestProfiles = 0.3;  // of those tried
-constexpr double kLeastContrast = 0.004;  // reflectance
+constexpr double kClear_px = 3.0;  // blur of lens and lattice: nearer to the edge neither side is level
+constexpr int kNeighbours = 2;     // profiles averaged to either side
+constexpr int kPasses = 3;         // the last two by the model of the edge
+constexpr std::size_t kRoughSamples = 8000;  // of all passes by the model but the last, which decides
+constexpr double kFewestProfiles = 0.3;      // of those tried
+constexpr double kLeastContrast = 0.004;     // reflectance
 
 using Profile = std::vector<double>;  // from outside to inside, NaN where masked
 
@@ -143,9 +144,9 @@ std::optional<EdgeFit> HalfLevelLine(const Mosaic& mosaic, const Edge& edge, dou
 
 // The edges where the model puts them, or by half levels where the model finds none.
 std::array<std::optional<EdgeFit>, 4> ModelLines(const Mosaic& mosaic, const std::array<Edge, 4>& edges,
-                                                 double window_mm) {
+                                                 double window_mm, std::size_t most_samples) {
   std::array<std::optional<EdgeFit>, 4> lines;
-  const auto shifts = FitEdges(mosaic, edges, window_mm);
+  const auto shifts = FitEdges(mosaic, edges, window_mm, most_samples);
   for (std::size_t i = 0; i < 4; ++i) {
     if (!shifts) {
       lines[i] = HalfLevelLine(mosaic, edges[i], kReach_px);
@@ -189,7 +190,7 @@ Window RefineWindow(const Mosaic& mosaic, const std::array<Point, 4>& rough, dou
     if (pass == 0) {
       for (std::size_t i = 0; i < 4; ++i) fits[i] = HalfLevelLine(mosaic, edges[i], kRoughReach_px);
     } else {
-      fits = ModelLines(mosaic, edges, window_mm);
+      fits = ModelLines(mosaic, edges, window_mm, pass + 1 < kPasses ? kRoughSamples : kEdgeSamples);
     }
     double mean_square = 0.0;
     for (std::size_t i = 0; i < 4; ++i) {

@@ -34,6 +34,13 @@ Directory Uncompressed(const Numbers& numbers, const Plane<std::uint16_t>& photo
   for (const std::uint8_t f : file.filters) cell.push_back(std::byte{f});
   ifd.Raw(33422, 1, cell);
   ifd.Longs(34665, {exif_at});
+  if (file.dng) {
+    ifd.Raw(50706, 1, {std::byte{1}, std::byte{4}, std::byte{0}, std::byte{0}});  // DNGVersion
+    ifd.Text(50708, file.model);
+    if (!file.curve.empty()) ifd.Shorts(50712, file.curve);  // LinearizationTable
+    ifd.Shorts(50714, {static_cast<std::uint32_t>(file.black[0])});
+    ifd.Longs(50717, {file.curve.empty() ? (1U << file.bits) - 1U : file.curve.back()});
+  }
   return ifd;
 }
 
@@ -85,6 +92,17 @@ std::vector<std::byte> EncodeNef(const Plane<std::uint16_t>& photosites, const C
     strip = SixteenBits(Numbers(true), photosites);
   }
   return UncompressedFile(true, photosites, file, strip, NikonNote(file.black));
+}
+
+std::vector<std::byte> EncodeCameraDng(const Plane<std::uint16_t>& photosites, CameraFile file) {
+  file.dng = true;
+  Bytes strip;
+  for (int y = 0; y < photosites.height(); ++y) {
+    BitWriter writer(false);
+    for (int x = 0; x < photosites.width(); ++x) writer.Put(photosites(x, y), file.bits);
+    Append(strip, writer.Finish());
+  }
+  return UncompressedFile(true, photosites, file, strip, {});
 }
 
 std::vector<std::byte> EncodeArw(const Plane<std::uint16_t>& photosites, const CameraFile& file) {

@@ -21,12 +21,16 @@ struct CameraFile {
   std::array<std::uint8_t, 4> filters{0, 1, 1, 2};  // 0 red, 1 green, 2 blue: a cell, row by row
   std::array<int, 4> black{};  // of red, green, green, blue; where the format has a place
   int orientation = 1;
+  bool dng = false;
+  std::vector<std::uint32_t> curve{};  // of a DNG: what each stored number means; empty: itself
 };
 
 // Nikon: big-endian, uncompressed; 12 bits packed, or 14 bits in 16. The black level is in the maker note.
 std::vector<std::byte> EncodeNef(const Plane<std::uint16_t>& photosites, const CameraFile& file);
 // Sony: little-endian, uncompressed, 14 bits in 16.
 std::vector<std::byte> EncodeArw(const Plane<std::uint16_t>& photosites, const CameraFile& file);
+// DNG as cameras write it without compression: big-endian, `bits` packed, every row from a byte of its own.
+std::vector<std::byte> EncodeCameraDng(const Plane<std::uint16_t>& photosites, CameraFile file);
 // Canon: lossless JPEG of two components, in strips side by side of `strip_width` photosites (0: one).
 std::vector<std::byte> EncodeCr2(const Plane<std::uint16_t>& photosites, const CameraFile& file,
                                  int strip_width = 0);

@@ -69,6 +69,26 @@ TEST_F(RawFormats, NefOf12BitsPacked) {
   ExpectLevels(frame, {'R', 'G', 'G', 'B'}, 150.0, 4095);
 }
 
+// DNG 1.4, "BitsPerSample" and "LinearizationTable": 10 to 16 bits, rows of any length; stored numbers that
+// mean others.
+TEST_F(RawFormats, DngOfEveryDepth) {
+  for (const int bits : {10, 12, 14, 16}) {
+    for (const int width : {96, 77}) {
+      const auto photosites = Photosites(width, 64, bits);
+      const BayerFrame frame =
+          Read("a.dng", EncodeCameraDng(photosites, {"Maker", "Camera", bits, {0, 1, 1, 2}, {100}}));
+      ExpectSame(frame, photosites);
+      ExpectLevels(frame, {'R', 'G', 'G', 'B'}, 100.0, (1 << bits) - 1);
+    }
+  }
+  CameraFile bent{"Maker", "Camera", 12, {0, 1, 1, 2}, {100}};
+  for (std::uint32_t v = 0; v < 4096; ++v) bent.curve.push_back(v + v * v / 512);
+  auto photosites = Photosites(96, 64, 12);
+  const BayerFrame frame = Read("bent.dng", EncodeCameraDng(photosites, bent));
+  for (auto& v : photosites.values()) v = static_cast<std::uint16_t>(bent.curve[v]);
+  ExpectSame(frame, photosites);
+}
+
 TEST_F(RawFormats, ArwInEachPhaseOfTheFilters) {
   const auto photosites = Photosites(96, 64, 14);
   const std::array<std::array<std::uint8_t, 4>, 4> phases{

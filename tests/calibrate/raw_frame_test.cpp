@@ -5,6 +5,7 @@
 #include <OpenImageIO/imageio.h>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <libraw/libraw.h>
 
 #include <algorithm>
 #include <array>
@@ -13,6 +14,7 @@
 #include <random>
 
 #include "acquire/simulated/dng_writer.h"
+#include "calibrate/unpack_bits.h"
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
 
@@ -83,6 +85,54 @@ TEST_F(RawFrameFile, AgreesWithOpenImageIO) {
   std::vector<std::uint16_t> values(96 * 64);
   ASSERT_TRUE(input->read_image(0, 0, 0, 1, OIIO::TypeDesc::UINT16, values.data()));
   for (std::size_t i = 0; i < values.size(); ++i) ASSERT_EQ(values[i], frame.values.data()[i]) << i;
+}
+
+// By definition: one bit after another, the highest first.
+TEST(UnpackBits, TakesBitAfterBit) {
+  std::mt19937 random(3);
+  std::vector<std::uint8_t> bytes(200);
+  for (auto& b : bytes) b = static_cast<std::uint8_t>(random());
+  for (int bits = 9; bits <= 15; ++bits) {
+    std::vector<std::uint16_t> values(101);
+    UnpackBits(bytes, bits, values);
+    std::size_t at = 0;
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      unsigned expected = 0;
+      for (int k = 0; k < bits; ++k, ++at) expected = 2 * expected + (bytes[at / 8] >> (7 - at % 8) & 1U);
+      ASSERT_EQ(values[i], expected) << bits << " bits, value " << i;
+    }
+  }
+}
+
+// LibRaw's own decoder, bit by bit: the same values for any depth and width.
+TEST_F(RawFrameFile, UnpacksAsLibRawDoes) {
+  const auto bytes = EncodeDng(RandomBayer(96, 64), {});
+  // TIFF 6.0: 256 is the width, 258 the bits of a value.
+  for (const auto& [tag, value] : {std::pair{258, 12}, {258, 10}, {258, 9}, {256, 95}, {256, 77}}) {
+    auto changed = bytes;
+    for (std::size_t i = 8; i + 12 < 400; ++i) {
+      const auto at = [&](std::size_t k) { return std::to_integer<int>(changed[i + k]); };
+      const bool found = at(0) == tag % 256 && at(1) == tag / 256 && (at(2) == 3 || at(2) == 4) &&
+                         at(3) == 0 && at(4) == 1 && at(5) == 0;
+      if (found) changed[i + 8] = static_cast<std::byte>(value);
+    }
+    const auto path = Write("packed.dng", changed);
+    const BayerFrame frame = ReadBayerFrame(path);
+    LibRaw slow;
+    ASSERT_EQ(slow.open_file(path.c_str()), LIBRAW_SUCCESS);
+    ASSERT_EQ(slow.unpack(), LIBRAW_SUCCESS);
+    const auto& sizes = slow.imgdata.sizes;
+    ASSERT_TRUE(frame.values.SameShape(sizes.width, sizes.height)) << tag << " " << value;
+    if (tag == 256) {
+      ASSERT_EQ(sizes.raw_width, value);
+    }
+    const std::size_t pitch = sizes.raw_pitch / 2;
+    for (int y = 0; y < sizes.height; ++y) {
+      const auto* row = slow.imgdata.rawdata.raw_image + (y + sizes.top_margin) * pitch + sizes.left_margin;
+      ASSERT_TRUE(std::equal(row, row + sizes.width, frame.values.Row(y)))
+          << tag << " " << value << " row " << y;
+    }
+  }
 }
 
 // TIFF 6.0, tag 274: how a picture is to be turned when it is shown. The sensor lies as it lies: the same
