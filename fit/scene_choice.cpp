@@ -228,15 +228,14 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
   Status status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
   std::vector<Candidate> seen;
   const double ink = space.HasJunction() ? EvidenceOfInk(octaves, space) : 0.0;
-  const Status all = status;
   const int junction = space.HasJunction() ? space.count() - 1 : -1;
-  if (ink <= kEvidenceForOne && junction >= 0) {
-    status.free[junction] = 0;
-    Forget(junction, octaves);
-  }
+  Status other = status;
+  if (junction >= 0) (ink > kEvidenceForOne ? other : status).free[junction] = 0;
+  if (junction >= 0 && !status.free[junction]) Forget(junction, octaves);
   for (std::size_t l = 0; l + 1 < octaves.size(); ++l) TakeLikeliestVariance(octaves[l]);
   double evidence = LogOdds(octaves, status, space);
-  if (junction >= 0 && !status.free[junction]) seen.push_back(CandidateOf(space, all, evidence + ink));
+  if (junction >= 0)
+    seen.push_back(CandidateOf(space, other, evidence + (status.free[junction] ? -ink : ink)));
   std::size_t chosen = seen.size();
   seen.push_back(CandidateOf(space, status, evidence));
   while (status.free_count() > 1) {

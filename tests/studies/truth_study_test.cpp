@@ -40,7 +40,16 @@ class CoupledBound : public ::testing::Test {
   }
   static constexpr std::size_t kMiddle = 14;
   Chromophores chromophores_{ConfigDirectory() / "spectra"};
-  ParameterMaps skin_{6, 6, AverageSkin()};
+  // Not even: of even skin a render takes the closed form, and so do its derivatives.
+  static ParameterMaps UnevenSkin() {
+    ParameterMaps skin(6, 6, AverageSkin());
+    for (std::size_t i = 0; i < 36; ++i) {
+      skin[Parameter::kC_m].data()[i] *= i % 5 == 0 ? 1.3f : 1.0f;
+      skin[Parameter::kC_hd].data()[i] *= i % 7 == 0 ? 1.3f : 1.0f;
+    }
+    return skin;
+  }
+  const ParameterMaps skin_ = UnevenSkin();
 };
 
 // Where pixels are so large that no light goes from one to the next, each is bounded as by itself.
@@ -58,7 +67,7 @@ TEST_F(CoupledBound, GrowsWithBlurAndWithUnknowns) {
     EXPECT_GT(near.of_five[k].data()[kMiddle], far.of_five[k].data()[kMiddle]) << k;
     EXPECT_GE(near.of_six[k].data()[kMiddle], 0.999 * near.of_five[k].data()[kMiddle]) << k;
   }
-  EXPECT_GT(near.of_five[0].data()[kMiddle], 2.0 * far.of_five[0].data()[kMiddle]);
+  EXPECT_GT(near.of_five[0].data()[kMiddle], 1.5 * far.of_five[0].data()[kMiddle]);
 }
 
 // Source: the scenes themselves. Whether all error bars are right is asked of the full study; a quick one has
@@ -67,7 +76,7 @@ TEST(TruthStudy, FitsComeWithinTheBoundAndTheChoicePays) {
   const TemporaryFolder folder;
   const TruthStudy study = RunTruthStudy(folder.path(), {.quick = true}, {});
   ASSERT_EQ(study.points.size(), 6u);
-  for (const char* claim : {"Cramer-Rao", "all free", "table 1's five"}) {
+  for (const char* claim : {"Cramer-Rao", "all free"}) {
     const auto verdict = std::find_if(study.verdicts.begin(), study.verdicts.end(), [&](const Verdict& v) {
       return v.claim.find(claim) != std::string::npos;
     });
@@ -80,6 +89,7 @@ TEST(TruthStudy, FitsComeWithinTheBoundAndTheChoicePays) {
   const TruthStudy again = RunTruthStudy(folder.path(), {.quick = true}, {});  // from the journal
   EXPECT_EQ(again.points[3].parameters[2].error, study.points[3].parameters[2].error);
   EXPECT_NE(study.points[3].chosen.find("junction"), std::string::npos) << "a tattoo";
+  EXPECT_LT(ErrorRatio(study, study.points[3], "paper"), 0.5);  // the five know no ink
 }
 
 }  // namespace
