@@ -68,14 +68,18 @@ void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state,
   seen_from_ = octave;
   detail_ = detail;
   ink_ = ProbabilityOfInk(candidates);
+  mean_ink_ = problem.data().shared_error < kSharedError ? ink_ : 1.0;
   if (found) TakeFixedAsFound(problem, state, candidates.front().free, fixed, detail_->prior.back());
 }
 
-// Of ink that is as likely as there is any; unless something is told wrong, and with it the odds.
+// Of ink that is as likely as there is any; unless something is told wrong, and with it the odds. A gray
+// shift of the mean is also what errors of calibration look like that are larger than the stack knows: it
+// stays allowed where bands are known no better than by default.
 void FastVariance::ThinInk(const FastOutcome& outcome, std::span<FreeVector> prior) const {
   constexpr auto kInk = static_cast<std::size_t>(Parameter::kJunctionAbsorbance);
   if (!Holds(outcome.free, Parameter::kJunctionAbsorbance) && !outcome.doubts.IsAny())
-    for (FreeVector& octave : prior) octave[kInk] = std::max(ink_ * octave[kInk], kSmallest);
+    for (FreeVector& octave : prior)
+      octave[kInk] = std::max((&octave == &prior.back() ? mean_ink_ : ink_) * octave[kInk], kSmallest);
   for (int j = 0; j < kUnknownCount; ++j)
     if (!Holds(outcome.free, static_cast<Parameter>(j)))
       prior.back()[j] = std::max(prior.back()[j], kNoOffset * kNoOffset);

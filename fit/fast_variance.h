@@ -39,7 +39,7 @@ class FastVariance {
   void ThinInk(const FastOutcome& outcome, std::span<FreeVector> prior) const;
 
   std::optional<DetailModel> detail_;  // of all unknowns; nothing: what is free was not chosen
-  double ink_ = 1.0;                   // the probability of any at the junction
+  double ink_ = 1.0, mean_ink_ = 1.0;  // the probability of any at the junction, in details and the mean
   int seen_from_ = 0;                  // octave of the coarsest size's pixels
 };
 
