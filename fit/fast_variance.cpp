@@ -75,11 +75,11 @@ void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state,
 // Of ink that is as likely as there is any; unless something is told wrong, and with it the odds. A gray
 // shift of the mean is also what errors of calibration look like that are larger than the stack knows: it
 // stays allowed where bands are known no better than by default.
-void FastVariance::ThinInk(const FastOutcome& outcome, std::span<FreeVector> prior) const {
+void FastVariance::ThinInk(const FastOutcome& outcome, double in_mean, std::span<FreeVector> prior) const {
   constexpr auto kInk = static_cast<std::size_t>(Parameter::kJunctionAbsorbance);
   if (!Holds(outcome.free, Parameter::kJunctionAbsorbance) && !outcome.doubts.IsAny())
     for (FreeVector& octave : prior)
-      octave[kInk] = std::max((&octave == &prior.back() ? mean_ink_ : ink_) * octave[kInk], kSmallest);
+      octave[kInk] = std::max((&octave == &prior.back() ? in_mean : ink_) * octave[kInk], kSmallest);
   for (int j = 0; j < kUnknownCount; ++j)
     if (!Holds(outcome.free, static_cast<Parameter>(j)))
       prior.back()[j] = std::max(prior.back()[j], kNoOffset * kNoOffset);
@@ -98,7 +98,6 @@ DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) con
       detail.prior[octave][p] = outcome.detail.prior[octave + first][k];
       detail.details[octave][p] = outcome.detail.details[octave + first][k];
     }
-  ThinInk(outcome, detail.prior);
   return model;
 }
 
@@ -126,7 +125,9 @@ std::vector<PlaneF> FastVariance::WithAll(const PatchProblem& problem, const Fas
 std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
                                      OctaveStep& last) const {
   if (!IsAnyHeld(outcome)) return std::move(last.variance);
-  return WithAll(problem, outcome, DetailOfAll(outcome, first), first);
+  DetailModel all = DetailOfAll(outcome, first);
+  ThinInk(outcome, mean_ink_, all.prior);
+  return WithAll(problem, outcome, std::move(all), first);
 }
 
 std::vector<PlaneF> FastVariance::OfNoise(const PatchProblem& problem, const FastOutcome& outcome,
@@ -136,6 +137,7 @@ std::vector<PlaneF> FastVariance::OfNoise(const PatchProblem& problem, const Fas
     return {};
   const bool held = IsAnyHeld(outcome);
   DetailModel quiet = held ? DetailOfAll(outcome, first) : outcome.detail;
+  if (held) ThinInk(outcome, ink_, quiet.prior);  // as if calibration were right
   std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
   std::vector<PlaneF> variance = held ? WithAll(problem, outcome, std::move(quiet), first)
                                       : SolveInOctaves(problem, LineariseInOctaves(problem, outcome.state),

@@ -36,7 +36,7 @@ class FastVariance {
   std::vector<PlaneF> WithAll(const PatchProblem& problem, const FastOutcome& outcome, DetailModel all,
                               int first) const;
 
-  void ThinInk(const FastOutcome& outcome, std::span<FreeVector> prior) const;
+  void ThinInk(const FastOutcome& outcome, double in_mean, std::span<FreeVector> prior) const;
 
   std::optional<DetailModel> detail_;  // of all unknowns; nothing: what is free was not chosen
   double ink_ = 1.0, mean_ink_ = 1.0;  // the probability of any at the junction, in details and the mean
