@@ -244,6 +244,7 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
     for (int j = 0; j < space.count(); ++j) {
       if (!status.free[j] || space.parameter(j) == Parameter::kC_m) continue;
       if (j == junction && status.free_count() <= most) continue;  // weighed already
+      double at_average = 0.0;
       for (int absent = 0; absent <= (MayBeAbsent(space.parameter(j)) ? 1 : 0); ++absent) {
         Removal removal{status};
         removal.status.free[j] = 0;
@@ -252,6 +253,8 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
         removal.margin = removal.evidence - evidence - (absent ? -kEvidenceForOne : asked[j]);
         removal.index = seen.size();
         seen.push_back(CandidateOf(space, removal.status, removal.evidence));
+        if (!absent) at_average = removal.evidence;
+        if (absent && removal.evidence < at_average) continue;  // average skin's is likelier than none
         if (!best || removal.margin > best->margin) best = removal;
       }
     }
