@@ -12,6 +12,7 @@
 
 #include "fit/ceres_reference.h"
 #include "fit/ceres_stop.h"
+#include "fit/map_steps.h"
 
 namespace dermap {
 namespace {
@@ -58,13 +59,9 @@ class DenseFunction final : public ceres::CostFunction {
     jacobian.bottomRows(prior_.rows()) = prior_;
     const ParameterSpace& space = posterior_.problem().space();
     for (int column = 0; column < unknowns; ++column) {
-      const int j = column / static_cast<int>(pixels_);
-      ParameterMaps change;
-      if (space.HasJunction()) change.junction_absorbance = {PlaneF(data_.width(), data_.height())};
-      if (space.parameter(j) != Parameter::kJunctionAbsorbance)
-        change[space.parameter(j)] = PlaneF(data_.width(), data_.height());
-      change.Unknown(space.parameter(j)).data()[column % static_cast<int>(pixels_)] =
-          static_cast<float>(space.scale(j));
+      const auto pixel = static_cast<std::size_t>(column) % pixels_;
+      const ParameterMaps change =
+          ChangeOfPixel(space, column / static_cast<int>(pixels_), pixel, data_.width(), data_.height());
       const std::vector<PlaneF> response = model.Tangent(maps, change);
       for (std::size_t b = 0; b < response.size(); ++b)
         for (std::size_t i = 0; i < pixels_; ++i)

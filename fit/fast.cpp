@@ -192,7 +192,7 @@ class CoarseToFine {
       return false;
     PatchProblem problem(data, model, ParameterSpace(AllUnknowns()));
     DetailModel all = variance_.DetailOfAll(outcome_, first);
-    FitState state = problem.StateOf(WithJunction(outcome_.state.maps, outcome_.fixed));
+    FitState state = problem.StateOf(WithJunction(outcome_.state.maps, outcome_.fixed[kParameterCount]));
     OctaveStep last;
     const bool converged =
         SizeFit(problem, ViewFrom(all, first), outcome_.fixed).Refine(state, kRest, log_, last);

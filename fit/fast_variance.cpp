@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "fit/map_steps.h"
+
 namespace dermap {
 namespace {
 
@@ -101,18 +103,11 @@ DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) con
   return model;
 }
 
-ParameterMaps WithJunction(ParameterMaps maps, const SkinPoint& fixed) {
-  if (maps.junction_absorbance.empty())
-    maps.junction_absorbance = {
-        PlaneF(maps.width(), maps.height(), static_cast<float>(fixed[kParameterCount]))};
-  return maps;
-}
-
 std::vector<PlaneF> FastVariance::WithAll(const PatchProblem& problem, const FastOutcome& outcome,
                                           DetailModel model, int first) const {
   const PatchProblem all(problem.data(), problem.model(), ParameterSpace(AllUnknowns()));
   FitState state = outcome.state;
-  state.maps = WithJunction(std::move(state.maps), outcome.fixed);
+  state.maps = WithJunction(std::move(state.maps), outcome.fixed[kParameterCount]);
   const DetailView detail = ViewFrom(model, first);
   LeaveFixedUneven(all.space(), outcome, detail.prior);
   OctaveStep step = SolveInOctaves(all, LineariseInOctaves(all, state), detail, outcome.fixed);

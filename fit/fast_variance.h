@@ -43,7 +43,4 @@ class FastVariance {
   int seen_from_ = 0;                  // octave of the coarsest size's pixels
 };
 
-// The maps with a plane of the junction.
-ParameterMaps WithJunction(ParameterMaps maps, const SkinPoint& fixed);
-
 }  // namespace dermap

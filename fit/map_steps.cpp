@@ -59,4 +59,19 @@ ParameterMaps WithFixed(const ParameterSpace& space, const ParameterMaps& maps, 
   return out;
 }
 
+ParameterMaps WithJunction(ParameterMaps maps, double absorbance) {
+  if (maps.junction_absorbance.empty())
+    maps.junction_absorbance.emplace_back(maps.width(), maps.height(), static_cast<float>(absorbance));
+  return maps;
+}
+
+ParameterMaps ChangeOfPixel(const ParameterSpace& space, int j, std::size_t pixel, int width, int height) {
+  ParameterMaps change;
+  if (space.HasJunction()) change.junction_absorbance = {PlaneF(width, height)};
+  const Parameter p = space.parameter(j);
+  if (p != Parameter::kJunctionAbsorbance) change[p] = PlaneF(width, height);
+  change.Unknown(p).data()[pixel] = static_cast<float>(space.scale(j));
+  return change;
+}
+
 }  // namespace dermap

@@ -21,4 +21,10 @@ SkinPoint FixedBy(const Candidate& candidate, SkinPoint fixed);
 // The maps with every unknown that is not free at its fixed value.
 ParameterMaps WithFixed(const ParameterSpace& space, const ParameterMaps& maps, const SkinPoint& fixed);
 
+// The maps with a plane of the junction: their own, or `absorbance` everywhere.
+ParameterMaps WithJunction(ParameterMaps maps, double absorbance);
+
+// A change of one free parameter in one pixel by one scaled unit: planes of what does not change are empty.
+ParameterMaps ChangeOfPixel(const ParameterSpace& space, int j, std::size_t pixel, int width, int height);
+
 }  // namespace dermap

@@ -104,11 +104,27 @@ std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState&
   return octaves;
 }
 
-double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& status,
-                   const FreeVector& average) {
+std::vector<int> FreeIndices(const Status& status) {
   std::vector<int> free;
   for (std::size_t j = 0; j < status.free.size(); ++j)
     if (status.free[j]) free.push_back(static_cast<int>(j));
+  return free;
+}
+
+// N + 1/S of what is free.
+Matrix PrecisionOf(const PixelEvidence& pixel, const Vector& variance, const std::vector<int>& free) {
+  const int count = static_cast<int>(free.size());
+  Matrix precision(count, count);
+  for (int a = 0; a < count; ++a) {
+    for (int b = 0; b < count; ++b) precision(a, b) = pixel.normal(free[a], free[b]);
+    precision(a, a) += 1.0 / variance[free[a]];
+  }
+  return precision;
+}
+
+double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& status,
+                   const FreeVector& average) {
+  const std::vector<int> free = FreeIndices(status);
   const int count = static_cast<int>(free.size());
   double sum = 0.0;
   for (const OctaveEvidence& octave : octaves) {
@@ -121,16 +137,13 @@ double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& sta
       const Vector pulled = pixel.asked - pixel.normal * offset;
       sum += offset.dot(pixel.asked) - 0.5 * offset.dot(pixel.normal * offset);
       if (count == 0) continue;
-      Matrix precision(count, count);
       Vector asked(count);
       double log_prior = 0.0;
       for (int a = 0; a < count; ++a) {
         asked[a] = pulled[free[a]];
-        for (int b = 0; b < count; ++b) precision(a, b) = pixel.normal(free[a], free[b]);
-        precision(a, a) += 1.0 / octave.variance[free[a]];
         log_prior += std::log(octave.variance[free[a]]);
       }
-      const Eigen::LLT<Matrix> factor(precision);
+      const Eigen::LLT<Matrix> factor(PrecisionOf(pixel, octave.variance, free));
       double log_det = log_prior;
       for (int a = 0; a < count; ++a) log_det += 2.0 * std::log(factor.matrixLLT()(a, a));
       sum += 0.5 * asked.dot(factor.solve(asked)) - 0.5 * octave.share * log_det;
@@ -150,17 +163,10 @@ struct Removal {
 // harm to the others than a free one does; of what the data do not tell even the patch's mean there is
 // nothing to lose.
 std::vector<double> AskedToGiveUp(const OctaveEvidence& mean, const Status& status) {
-  const Matrix& normal = mean.pixels.front().normal;
-  std::vector<int> free;
-  for (std::size_t j = 0; j < status.free.size(); ++j)
-    if (status.free[j]) free.push_back(static_cast<int>(j));
+  const std::vector<int> free = FreeIndices(status);
   const int count = static_cast<int>(free.size());
-  Matrix precision(count, count);
-  for (int a = 0; a < count; ++a) {
-    for (int b = 0; b < count; ++b) precision(a, b) = normal(free[a], free[b]);
-    precision(a, a) += 1.0 / mean.variance[free[a]];
-  }
-  const Matrix covariance = Eigen::LLT<Matrix>(precision).solve(Matrix::Identity(count, count));
+  const Matrix covariance = Eigen::LLT<Matrix>(PrecisionOf(mean.pixels.front(), mean.variance, free))
+                                .solve(Matrix::Identity(count, count));
   std::vector<double> asked(status.free.size(), 0.0);
   for (int a = 0; a < count; ++a)
     asked[free[a]] =
@@ -213,6 +219,34 @@ bool MayBeAbsent(Parameter p) {
   return p == Parameter::kC_he || p == Parameter::kC_bc || p == Parameter::kC_hd;
 }
 
+// The unknown that is missed least of those that are free; all that are tried are added to `seen`. Ink was
+// weighed before, so it is tried only `with_ink`.
+std::optional<Removal> LeastMissed(const std::vector<OctaveEvidence>& octaves, const Status& status,
+                                   double evidence, const ParameterSpace& space, bool with_ink,
+                                   std::vector<Candidate>& seen) {
+  std::optional<Removal> best;
+  const std::vector<double> asked = AskedToGiveUp(octaves.back(), status);
+  for (int j = 0; j < space.count(); ++j) {
+    const Parameter p = space.parameter(j);
+    if (!status.free[j] || p == Parameter::kC_m) continue;
+    if (p == Parameter::kJunctionAbsorbance && !with_ink) continue;
+    double at_average = 0.0;
+    for (int absent = 0; absent <= (MayBeAbsent(p) ? 1 : 0); ++absent) {
+      Removal removal{status};
+      removal.status.free[j] = 0;
+      removal.status.absent[j] = static_cast<char>(absent);
+      removal.evidence = LogOdds(octaves, removal.status, space);
+      removal.margin = removal.evidence - evidence - (absent ? -kEvidenceForOne : asked[j]);
+      removal.index = seen.size();
+      seen.push_back(CandidateOf(space, removal.status, removal.evidence));
+      if (!absent) at_average = removal.evidence;
+      if (absent && removal.evidence < at_average) continue;  // average skin's is likelier than none
+      if (!best || removal.margin > best->margin) best = removal;
+    }
+  }
+  return best;
+}
+
 }  // namespace
 
 std::vector<Parameter> AllUnknowns() {
@@ -239,25 +273,8 @@ std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitSt
   std::size_t chosen = seen.size();
   seen.push_back(CandidateOf(space, status, evidence));
   while (status.free_count() > 1) {
-    std::optional<Removal> best;
-    const std::vector<double> asked = AskedToGiveUp(octaves.back(), status);
-    for (int j = 0; j < space.count(); ++j) {
-      if (!status.free[j] || space.parameter(j) == Parameter::kC_m) continue;
-      if (j == junction && status.free_count() <= most) continue;  // weighed already
-      double at_average = 0.0;
-      for (int absent = 0; absent <= (MayBeAbsent(space.parameter(j)) ? 1 : 0); ++absent) {
-        Removal removal{status};
-        removal.status.free[j] = 0;
-        removal.status.absent[j] = static_cast<char>(absent);
-        removal.evidence = LogOdds(octaves, removal.status, space);
-        removal.margin = removal.evidence - evidence - (absent ? -kEvidenceForOne : asked[j]);
-        removal.index = seen.size();
-        seen.push_back(CandidateOf(space, removal.status, removal.evidence));
-        if (!absent) at_average = removal.evidence;
-        if (absent && removal.evidence < at_average) continue;  // average skin's is likelier than none
-        if (!best || removal.margin > best->margin) best = removal;
-      }
-    }
+    const std::optional<Removal> best =
+        LeastMissed(octaves, status, evidence, space, status.free_count() > most, seen);
     if (!best || (status.free_count() <= most && best->margin < 0.0)) break;
     status = best->status;
     evidence = best->evidence;

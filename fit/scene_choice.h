@@ -16,10 +16,11 @@ std::vector<Parameter> AllUnknowns();
 // Chooses among the unknowns that are free in `problem`, whose fit rests at `state`. The evidence is that of
 // the linear model with its Gaussian priors, where it can be had exactly for any set without another fit: for
 // each octave and pixel, with N the normal matrix, b what the data ask for and S the prior's variances,
-// (b' (N + 1/S)^-1 b - ln det(1 + S N)) / 2. Unknowns are given up one after the other, the least missed
-// first: where the data tell the patch's mean while evidence is gained, where they do not while it costs no
-// more than kEvidenceForOne, and anyhow while there are more than `most`; melanin, which all skin has, stays
-// free. Returns the sets that were looked at, best evidence first within the path taken;
+// (b' (N + 1/S)^-1 b - ln det(1 + S N)) / 2. Ink at the junction is weighed first, at the variances of the
+// fit; the others at those that make the data likeliest. They are given up one after the other, the least
+// missed first: where the data tell the patch's mean for a gain in evidence, where they do not, or as absent,
+// while it costs no more than kEvidenceForOne, and anyhow while there are more than `most`; melanin, which
+// all skin has, stays free. Returns the sets that were looked at, best evidence first within the path taken;
 // the chosen one is the first.
 std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitState& state,
                                         const DetailView& detail, const SkinPoint& fixed, int most);

@@ -5,30 +5,11 @@
 #include <Eigen/Cholesky>
 #include <cmath>
 
+#include "fit/map_steps.h"
 #include "fit/parameter_space.h"
 #include "fit/scene_choice.h"
 
 namespace dermap {
-namespace {
-
-ParameterMaps OnePixel(const ParameterMaps& like, const ParameterSpace& space, int j, int pixel) {
-  ParameterMaps change;
-  if (space.HasJunction()) change.junction_absorbance = {PlaneF(like.width(), like.height())};
-  if (space.parameter(j) != Parameter::kJunctionAbsorbance)
-    change[space.parameter(j)] = PlaneF(like.width(), like.height());
-  change.Unknown(space.parameter(j)).data()[pixel] = static_cast<float>(space.scale(j));
-  return change;
-}
-
-// The model takes derivatives by the junction only where the maps have a plane of it.
-ParameterMaps WithJunction(ParameterMaps maps, double base) {
-  if (maps.junction_absorbance.empty())
-    maps.junction_absorbance.emplace_back(maps.width(), maps.height(), static_cast<float>(base));
-  return maps;
-}
-
-}  // namespace
-
 CoupledInformation::CoupledInformation(const ForwardModel& model, const ParameterMaps& truth,
                                        const std::vector<PlaneF>& noise)
     : width_(truth.width()), height_(truth.height()) {
@@ -38,8 +19,8 @@ CoupledInformation::CoupledInformation(const ForwardModel& model, const Paramete
   std::vector<Eigen::MatrixXf> jacobian(noise.size(), Eigen::MatrixXf(pixels, unknowns));  // over the noise
   const ForwardModel::Kept kept(model, maps);
   for (int column = 0; column < unknowns; ++column) {
-    const std::vector<PlaneF> response =
-        kept.Tangent(OnePixel(maps, space, column / pixels, column % pixels));
+    const std::vector<PlaneF> response = kept.Tangent(
+        ChangeOfPixel(space, column / pixels, static_cast<std::size_t>(column % pixels), width_, height_));
     for (std::size_t b = 0; b < response.size(); ++b)
       for (int i = 0; i < pixels; ++i) {
         const float sigma = noise[b].data()[i];

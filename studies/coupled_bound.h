@@ -13,8 +13,8 @@ namespace dermap {
 // The information that noisy data hold about all unknowns of all pixels of a patch (Fisher's matrix): the
 // exact Jacobian of the render, every pixel's light by every pixel's skin. Unknowns are in units of the
 // parameters, parameter by parameter (kUnknownCount), pixel by pixel within. `noise`: one standard deviation,
-// reflectance, one plane a band. Memory: 4 bytes * (6 pixels)^2; meant for patches of up to some 30 x 30
-// pixels.
+// reflectance, one plane a band. Memory: 4 bytes * (6 pixels)^2,
+// about twice that while it is made and five times in Bound; meant for up to some 30 x 30 pixels.
 class CoupledInformation {
  public:
   CoupledInformation(const ForwardModel& model, const ParameterMaps& truth, const std::vector<PlaneF>& noise);

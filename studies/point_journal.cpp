@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <fstream>
+#include <limits>
 #include <map>
 #include <nlohmann/json.hpp>
 
@@ -77,6 +78,10 @@ void ReadRecords(const PointRun& run, const std::function<void(const nlohmann::j
                       run.journal.string(), record.dump().substr(0, 80)));
     }
   }
+}
+
+double NumberOrNaN(const nlohmann::json& at) {
+  return at.is_number() ? at.get<double>() : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::string MachineName() {

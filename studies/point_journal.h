@@ -36,6 +36,9 @@ PointRun RunPoints(const std::filesystem::path& folder, const std::string& name,
 // names the journal: another version wrote it.
 void ReadRecords(const PointRun& run, const std::function<void(const nlohmann::json&)>& read);
 
+// A record's number; NaN, which JSON does not know, is written as null.
+double NumberOrNaN(const nlohmann::json& at);
+
 // "AMD EPYC 7B13, 2 threads" (those that may work): what times were measured on; "unknown processor" where
 // the system does not say.
 std::string MachineName();

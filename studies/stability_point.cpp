@@ -13,6 +13,7 @@
 #include "common/core/error.h"
 #include "fit/fit.h"
 #include "studies/noise_bound.h"
+#include "studies/point_journal.h"
 
 namespace dermap {
 namespace {
@@ -182,7 +183,6 @@ nlohmann::json ToJson(const StabilityPoint& point) {
 }
 
 StabilityPoint StabilityPointFromJson(const nlohmann::json& json) {
-  const auto number = [](const nlohmann::json& at) { return at.is_number() ? at.get<double>() : kNaN; };
   StabilityPoint point;
   point.sweep = json.at("sweep");
   point.method = json.at("method");
@@ -190,20 +190,23 @@ StabilityPoint StabilityPointFromJson(const nlohmann::json& json) {
   point.noises = json.at("noises");
   for (int k = 0; k < kParameterCount; ++k) {
     const nlohmann::json& p = json.at("parameters").at(std::string(kParameters[k].name));
-    point.parameters[k] = {
-        p.at("free"),          number(p.at("error")),           number(p.at("noise_bound")),
-        number(p.at("sigma")), number(p.at("unflagged_error")), number(p.at("covered")),
-        number(p.at("decile"))};
+    point.parameters[k] = {p.at("free"),
+                           NumberOrNaN(p.at("error")),
+                           NumberOrNaN(p.at("noise_bound")),
+                           NumberOrNaN(p.at("sigma")),
+                           NumberOrNaN(p.at("unflagged_error")),
+                           NumberOrNaN(p.at("covered")),
+                           NumberOrNaN(p.at("decile"))};
   }
-  point.flagged = number(json.at("flagged"));
-  point.told_flagged = number(json.at("told_flagged"));
+  point.flagged = NumberOrNaN(json.at("flagged"));
+  point.told_flagged = NumberOrNaN(json.at("told_flagged"));
   point.flags = json.at("flags").get<std::map<std::string, double>>();
-  point.chi2 = number(json.at("chi2"));
+  point.chi2 = NumberOrNaN(json.at("chi2"));
   point.converged = json.at("converged");
   point.refusal = json.at("refusal");
   point.said = json.at("said");
-  point.seconds = number(json.at("seconds"));
-  point.excess = number(json.at("excess"));
+  point.seconds = NumberOrNaN(json.at("seconds"));
+  point.excess = NumberOrNaN(json.at("excess"));
   point.silently_wrong = json.at("silently_wrong");
   return point;
 }

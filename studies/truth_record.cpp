@@ -1,19 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Points of the truth study as JSON, for its journal and its results.
-#include <limits>
 #include <nlohmann/json.hpp>
 
+#include "studies/point_journal.h"
 #include "studies/truth_point.h"
 
 namespace dermap {
-namespace {
-
-double Number(const nlohmann::json& at) {
-  return at.is_number() ? at.get<double>() : std::numeric_limits<double>::quiet_NaN();
-}
-
-}  // namespace
-
 nlohmann::json ToJson(const TruthPoint& point) {
   nlohmann::json parameters;
   for (std::size_t k = 0; k < point.parameters.size(); ++k) {
@@ -34,19 +26,19 @@ TruthPoint TruthPointFromJson(const nlohmann::json& json) {
   point.chosen = json.at("chosen");
   point.size = json.at("size");
   point.draws = json.at("draws");
-  point.chi2 = Number(json.at("chi2"));
+  point.chi2 = NumberOrNaN(json.at("chi2"));
   for (std::size_t k = 0; k < point.parameters.size(); ++k) {
     const nlohmann::json& from =
         json.at("parameters").at(std::string(InfoOf(static_cast<Parameter>(k)).name));
     TruthParameter& p = point.parameters[k];
     p.free = from.at("free");
-    p.error = Number(from.at("error"));
-    p.bound = Number(from.at("bound"));
-    p.identifiable = Number(from.at("told"));
-    p.over_bound = Number(from.at("over_bound"));
-    p.claimed = Number(from.at("claimed"));
-    p.spread = Number(from.at("spread"));
-    for (std::size_t i = 0; i < p.covered.size(); ++i) p.covered[i] = Number(from.at("covered").at(i));
+    p.error = NumberOrNaN(from.at("error"));
+    p.bound = NumberOrNaN(from.at("bound"));
+    p.identifiable = NumberOrNaN(from.at("told"));
+    p.over_bound = NumberOrNaN(from.at("over_bound"));
+    p.claimed = NumberOrNaN(from.at("claimed"));
+    p.spread = NumberOrNaN(from.at("spread"));
+    for (std::size_t i = 0; i < p.covered.size(); ++i) p.covered[i] = NumberOrNaN(from.at("covered").at(i));
   }
   return point;
 }
@@ -63,12 +55,12 @@ nlohmann::json ToJson(const MonteCarloFit& fit) {
 
 MonteCarloFit MonteCarloFitFromJson(const nlohmann::json& json) {
   return {.bands = json.at("bands"),
-          .melanin_bias = Number(json.at("melanin_bias")),
-          .melanin_median = Number(json.at("melanin_median")),
-          .melanin_decile = Number(json.at("melanin_decile")),
-          .blood_bias = Number(json.at("blood_bias")),
-          .blood_median = Number(json.at("blood_median")),
-          .blood_known = Number(json.at("blood_known"))};
+          .melanin_bias = NumberOrNaN(json.at("melanin_bias")),
+          .melanin_median = NumberOrNaN(json.at("melanin_median")),
+          .melanin_decile = NumberOrNaN(json.at("melanin_decile")),
+          .blood_bias = NumberOrNaN(json.at("blood_bias")),
+          .blood_median = NumberOrNaN(json.at("blood_median")),
+          .blood_known = NumberOrNaN(json.at("blood_known"))};
 }
 
 }  // namespace dermap

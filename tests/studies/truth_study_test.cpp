@@ -59,8 +59,7 @@ TEST_F(CoupledBound, OfPixelsFarApartIsThatOfEach) {
     EXPECT_NEAR(far.of_five[k].data()[kMiddle], far.of_pixel[k], 0.01 * far.of_pixel[k]) << k;
 }
 
-// Blur takes detail away, and so does one unknown more: neither can make anything better known. Where pixels
-// are a fifth of a mean free path, hardly anything is left but the ranges of table 1.
+// Blur takes detail away, and so does one unknown more: neither can make anything better known.
 TEST_F(CoupledBound, GrowsWithBlurAndWithUnknowns) {
   const Bounds near = At(0.06), far = At(80.0);
   for (int k = 0; k < kParameterCount; ++k) {
