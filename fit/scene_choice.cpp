@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Evidence of subsets of the unknowns, and backward elimination.
+// Backward elimination.
 #include "fit/scene_choice.h"
 
 #include <Eigen/Cholesky>
@@ -8,153 +8,17 @@
 #include <optional>
 #include <utility>
 
-#include "fit/octave_solver.h"
+#include "fit/octave_evidence.h"
 
 namespace dermap {
 namespace {
 
-using Matrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kUnknownCount, kUnknownCount>;
-using Vector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kUnknownCount, 1>;
-
-// What the data say of one pixel of an octave.
-struct PixelEvidence {
-  Matrix normal;  // N
-  Vector asked;   // b: the estimate is (N + 1/S)^-1 b
-};
-
-struct OctaveEvidence {
-  std::vector<PixelEvidence> pixels;
-  Vector variance;   // S
-  double share = 1;  // of the pixels' dimensions that details span
-};
-
 constexpr double kEvidenceToGiveUp = 1.0;  // log: what is told must be as good as known
 constexpr double kToldVariance = 0.1;      // of the prior's, of a patch's mean: below, the data tell it
-constexpr int kVarianceIterations = 12;
-constexpr double kLeastVariance = 1e-9;  // scaled units
-
-// Where each unknown stands.
-struct Status {
-  std::vector<char> free, absent;  // by free parameter of the problem
-  int free_count() const { return static_cast<int>(std::count(free.begin(), free.end(), 1)); }
-};
-
-// MacKay's fixed point, as Update (fit/detail_model.h) without its guess: sets of parameters are compared at
-// the variances that make the data likeliest, or a parameter would be given up for what was guessed of it.
-void TakeLikeliestVariance(OctaveEvidence& octave) {
-  const int count = static_cast<int>(octave.variance.size());
-  for (int iteration = 0; iteration < kVarianceIterations; ++iteration) {
-    Vector squares = Vector::Zero(count), determined = Vector::Zero(count);
-    for (const PixelEvidence& pixel : octave.pixels) {
-      Matrix precision = pixel.normal;
-      for (int j = 0; j < count; ++j) precision(j, j) += 1.0 / octave.variance[j];
-      const Matrix covariance = Eigen::LLT<Matrix>(precision).solve(Matrix::Identity(count, count));
-      const Vector detail = covariance * pixel.asked;
-      squares += detail.cwiseAbs2();
-      for (int j = 0; j < count; ++j) determined[j] += 1.0 - covariance(j, j) / octave.variance[j];
-    }
-    for (int j = 0; j < count; ++j)
-      octave.variance[j] =
-          std::max(squares[j] / (octave.share * std::max(determined[j], 1e-6)), kLeastVariance);
-  }
-}
-
-// What an octave's details have left unanswered: less what the next coarser one has.
-std::vector<PlaneF> DetailOfResidual(const std::vector<OctaveLevel>& levels, std::size_t l) {
-  std::vector<PlaneF> detail = levels[l].residual;
-  for (std::size_t b = 0; b < detail.size() && l + 1 < levels.size(); ++b) {
-    const PlaneF coarser = Double(levels[l + 1].residual[b], levels[l].shape);
-    for (std::size_t i = 0; i < detail[b].size(); ++i) detail[b].data()[i] -= coarser.data()[i];
-  }
-  return detail;
-}
-
-std::vector<OctaveEvidence> Collect(const PatchProblem& problem, const FitState& state,
-                                    const DetailView& detail, const SkinPoint& fixed) {
-  const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state);
-  const int count = problem.space().count();
-  std::vector<OctaveEvidence> octaves(levels.size());
-  std::vector<OctaveRow> rows(problem.data().bands.size());
-  for (std::size_t l = 0; l < levels.size(); ++l) {
-    const bool top = l + 1 == levels.size();
-    const double noise = levels[l].noise_inflation * detail.scatter[l];
-    OctaveEvidence& octave = octaves[l];
-    octave.share = top ? 1.0 : kDetailShare;
-    octave.variance.resize(count);
-    for (int j = 0; j < count; ++j) octave.variance[j] = detail.prior[l][j] / octave.share;
-    octave.pixels.resize(levels[l].shape.size());
-    const RowMaker maker(problem, levels[l], top ? nullptr : BlurOf(detail, l), fixed);
-    const std::vector<PlaneF> residual = DetailOfResidual(levels, l);
-    for (std::size_t i = 0; i < octave.pixels.size(); ++i) {
-      maker.Fill(i, rows);
-      PixelEvidence& pixel = octave.pixels[i];
-      pixel.normal = Matrix::Zero(count, count);
-      pixel.asked = Vector::Zero(count);
-      Vector estimate(count), row(count);
-      for (int j = 0; j < count; ++j) estimate[j] = levels[l].detail[j].data()[i];
-      for (std::size_t b = 0; b < rows.size(); ++b) {
-        for (int j = 0; j < count; ++j) row[j] = rows[b].blurred[j];
-        const double weight = levels[l].weight[b].data()[i] / noise;
-        pixel.normal += weight * row * row.transpose();
-        pixel.asked += weight * residual[b].data()[i] * row;
-      }
-      pixel.asked += pixel.normal * estimate;
-    }
-  }
-  return octaves;
-}
-
-std::vector<int> FreeIndices(const Status& status) {
-  std::vector<int> free;
-  for (std::size_t j = 0; j < status.free.size(); ++j)
-    if (status.free[j]) free.push_back(static_cast<int>(j));
-  return free;
-}
-
-// N + 1/S of what is free.
-Matrix PrecisionOf(const PixelEvidence& pixel, const Vector& variance, const std::vector<int>& free) {
-  const int count = static_cast<int>(free.size());
-  Matrix precision(count, count);
-  for (int a = 0; a < count; ++a) {
-    for (int b = 0; b < count; ++b) precision(a, b) = pixel.normal(free[a], free[b]);
-    precision(a, a) += 1.0 / variance[free[a]];
-  }
-  return precision;
-}
-
-double LogEvidence(const std::vector<OctaveEvidence>& octaves, const Status& status,
-                   const FreeVector& average) {
-  const std::vector<int> free = FreeIndices(status);
-  const int count = static_cast<int>(free.size());
-  double sum = 0.0;
-  for (const OctaveEvidence& octave : octaves) {
-    // An absent unknown differs from average skin in the mean alone.
-    Vector offset = Vector::Zero(static_cast<int>(status.free.size()));
-    if (&octave == &octaves.back())
-      for (std::size_t j = 0; j < status.free.size(); ++j)
-        if (status.absent[j]) offset[static_cast<int>(j)] = -average[j];
-    for (const PixelEvidence& pixel : octave.pixels) {
-      const Vector pulled = pixel.asked - pixel.normal * offset;
-      sum += offset.dot(pixel.asked) - 0.5 * offset.dot(pixel.normal * offset);
-      if (count == 0) continue;
-      Vector asked(count);
-      double log_prior = 0.0;
-      for (int a = 0; a < count; ++a) {
-        asked[a] = pulled[free[a]];
-        log_prior += std::log(octave.variance[free[a]]);
-      }
-      const Eigen::LLT<Matrix> factor(PrecisionOf(pixel, octave.variance, free));
-      double log_det = log_prior;
-      for (int a = 0; a < count; ++a) log_det += 2.0 * std::log(factor.matrixLLT()(a, a));
-      sum += 0.5 * asked.dot(factor.solve(asked)) - 0.5 * octave.share * log_det;
-    }
-  }
-  return sum;
-}
 
 // One unknown less.
 struct Removal {
-  Status status;
+  ChoiceStatus status;
   double evidence = 0.0, margin = 0.0;  // the second: over what is asked for
   std::size_t index = 0;                // of the candidate
 };
@@ -162,11 +26,12 @@ struct Removal {
 // What giving an unknown up must gain in evidence. Where evidence is even, a value that is wrong does more
 // harm to the others than a free one does; of what the data do not tell even the patch's mean there is
 // nothing to lose.
-std::vector<double> AskedToGiveUp(const OctaveEvidence& mean, const Status& status) {
+std::vector<double> AskedToGiveUp(const OctaveEvidence& mean, const ChoiceStatus& status) {
   const std::vector<int> free = FreeIndices(status);
   const int count = static_cast<int>(free.size());
-  const Matrix covariance = Eigen::LLT<Matrix>(PrecisionOf(mean.pixels.front(), mean.variance, free))
-                                .solve(Matrix::Identity(count, count));
+  const EvidenceMatrix covariance =
+      Eigen::LLT<EvidenceMatrix>(PrecisionOf(mean.pixels.front(), mean.variance, free))
+          .solve(EvidenceMatrix::Identity(count, count));
   std::vector<double> asked(status.free.size(), 0.0);
   for (int a = 0; a < count; ++a)
     asked[free[a]] =
@@ -177,7 +42,7 @@ std::vector<double> AskedToGiveUp(const OctaveEvidence& mean, const Status& stat
 // Before anything is seen, most skin has no tattoo: logarithm of the odds.
 constexpr double kOddsOfTattoo = -4.6;
 
-double LogOdds(const std::vector<OctaveEvidence>& octaves, const Status& status,
+double LogOdds(const std::vector<OctaveEvidence>& octaves, const ChoiceStatus& status,
                const ParameterSpace& space) {
   double odds = LogEvidence(octaves, status, space.mean());
   for (int j = 0; j < space.count(); ++j)
@@ -188,23 +53,13 @@ double LogOdds(const std::vector<OctaveEvidence>& octaves, const Status& status,
 // Of ink at the junction, the last of the unknowns: at the variances that the fit has. At the likeliest ones
 // a trace of it would stand for errors of the model, and a trace is no tattoo.
 double EvidenceOfInk(const std::vector<OctaveEvidence>& octaves, const ParameterSpace& space) {
-  Status status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
+  ChoiceStatus status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
   const double with = LogOdds(octaves, status, space);
   status.free.back() = 0;
   return with - LogOdds(octaves, status, space);
 }
 
-// As if the data did not answer to it.
-void Forget(int unknown, std::vector<OctaveEvidence>& octaves) {
-  for (OctaveEvidence& octave : octaves)
-    for (PixelEvidence& pixel : octave.pixels) {
-      pixel.normal.row(unknown).setZero();
-      pixel.normal.col(unknown).setZero();
-      pixel.asked[unknown] = 0.0;
-    }
-}
-
-Candidate CandidateOf(const ParameterSpace& space, const Status& status, double log_evidence) {
+Candidate CandidateOf(const ParameterSpace& space, const ChoiceStatus& status, double log_evidence) {
   Candidate candidate;
   candidate.log_evidence = log_evidence;
   for (int j = 0; j < space.count(); ++j) {
@@ -221,7 +76,7 @@ bool MayBeAbsent(Parameter p) {
 
 // The unknown that is missed least of those that are free; all that are tried are added to `seen`. Ink was
 // weighed before, so it is tried only `with_ink`.
-std::optional<Removal> LeastMissed(const std::vector<OctaveEvidence>& octaves, const Status& status,
+std::optional<Removal> LeastMissed(const std::vector<OctaveEvidence>& octaves, const ChoiceStatus& status,
                                    double evidence, const ParameterSpace& space, bool with_ink,
                                    std::vector<Candidate>& seen) {
   std::optional<Removal> best;
@@ -258,12 +113,12 @@ std::vector<Parameter> AllUnknowns() {
 std::vector<Candidate> ChooseCandidates(const PatchProblem& problem, const FitState& state,
                                         const DetailView& detail, const SkinPoint& fixed, int most) {
   const ParameterSpace& space = problem.space();
-  std::vector<OctaveEvidence> octaves = Collect(problem, state, detail, fixed);
-  Status status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
+  std::vector<OctaveEvidence> octaves = CollectEvidence(problem, state, detail, fixed);
+  ChoiceStatus status{std::vector<char>(space.count(), 1), std::vector<char>(space.count(), 0)};
   std::vector<Candidate> seen;
   const double ink = space.HasJunction() ? EvidenceOfInk(octaves, space) : 0.0;
   const int junction = space.HasJunction() ? space.count() - 1 : -1;
-  Status other = status;
+  ChoiceStatus other = status;
   if (junction >= 0) (ink > kEvidenceForOne ? other : status).free[junction] = 0;
   if (junction >= 0 && !status.free[junction]) Forget(junction, octaves);
   for (std::size_t l = 0; l + 1 < octaves.size(); ++l) TakeLikeliestVariance(octaves[l]);
