@@ -27,7 +27,7 @@ struct Tally {
   struct PerParameter {
     std::vector<double> errors, unflagged_errors, sigmas, bounds;
     double covered = 0.0;
-    bool free = true;
+    bool free = false;  // in any
   };
   std::array<PerParameter, kParameterCount> parameters;
   double pixels = 0.0, flagged = 0.0, told = 0.0, told_flagged = 0.0;
@@ -64,9 +64,12 @@ std::vector<PlaneF> NoiseOfData(const ReflectanceStack& stack) {
 
 void Count(const StabilityCase& made, const ForwardModel& model, const std::vector<PlaneF>& noise,
            const FitResult& fit, Tally& tally) {
-  for (int k = 0; k < kParameterCount; ++k)
-    tally.parameters[k].free &=
+  std::array<bool, kParameterCount> free;
+  for (int k = 0; k < kParameterCount; ++k) {
+    free[k] =
         std::count(fit.free_parameters.begin(), fit.free_parameters.end(), static_cast<Parameter>(k)) > 0;
+    tally.parameters[k].free |= free[k];
+  }
   for (std::size_t i = 0; i < fit.flags.size(); ++i) {
     const std::uint32_t flags = fit.flags.data()[i];
     if ((!made.judged.empty() && !made.judged[i]) || flags & kFlagSaturated) continue;
@@ -75,7 +78,7 @@ void Count(const StabilityCase& made, const ForwardModel& model, const std::vect
     for (int k = 0; k < kParameterCount; ++k) {
       const double error = std::abs(double(fit.maps.planes[k].data()[i]) - made.truth.planes[k].data()[i]);
       tally.parameters[k].errors.push_back(error);
-      if (flags != 0) continue;
+      if (flags != 0 || !free[k]) continue;
       const double sigma = fit.sigma.planes[k].data()[i];
       tally.parameters[k].sigmas.push_back(sigma);
       tally.parameters[k].unflagged_errors.push_back(error);

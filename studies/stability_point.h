@@ -13,7 +13,7 @@ namespace dermap {
 
 // Over the judged pixels of all noises; NaN where there is nothing to count.
 struct ParameterStability {
-  bool free = false;             // in every fit; else its sigma claims nothing
+  bool free = false;             // in any fit; in the others its sigma claims nothing
   double error = 0.0;            // median |fit - truth|, of pixels that the stack does not mask
   double bound = 0.0;            // what noise alone allows (NoiseBound), median
   double sigma = 0.0;            // median, of pixels without a flag

@@ -13,7 +13,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kRecordVersion = 3;  // of a point in the journal: what it holds and how it was counted
+constexpr int kRecordVersion = 4;  // of a point in the journal: what it holds and how it was counted
 constexpr double kMostFlagged = 0.5;
 constexpr int kNoises = 3;  // of a point: one draw of an error that all pixels share tells little
 
