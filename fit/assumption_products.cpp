@@ -35,15 +35,17 @@ double DataProduct(const std::vector<OctaveLevel>& levels, const DetailView& det
 }
 
 // Sum over the octaves of products of details over their prior variance.
-double PriorProduct(const DetailView& detail, PlaneF u, PlaneF v, int j) {
+double PriorProduct(const DetailView& detail, PlaneF u, PlaneF v, int j, Parameter p) {
   const std::vector<GridShape> shapes = OctaveShapes(u.width(), u.height());
   double sum = 0.0;
   for (std::size_t l = 0; l < shapes.size(); ++l) {
     const bool top = l + 1 == shapes.size();
     const PlaneF of_u = top ? u : DetailOf(u), of_v = top ? v : DetailOf(v);
+    const PlaneF* activity = detail.ActivityOf(l, shapes[l], p);
     double product = 0.0;
     for (std::size_t i = 0; i < of_u.size(); ++i)
-      product += static_cast<double>(of_u.data()[i]) * of_v.data()[i];
+      product +=
+          static_cast<double>(of_u.data()[i]) * of_v.data()[i] / (activity ? activity->data()[i] : 1.0f);
     sum += (top ? 1.0 : kDetailShare) / detail.prior[l][j] * product;
     if (top) break;
     u = Halve(u);
@@ -54,11 +56,12 @@ double PriorProduct(const DetailView& detail, PlaneF u, PlaneF v, int j) {
 
 }  // namespace
 
-double Product(const std::vector<OctaveLevel>& levels, const DetailView& detail, const Answered& u,
-               const Answered& v) {
+double Product(const std::vector<OctaveLevel>& levels, const ParameterSpace& space, const DetailView& detail,
+               const Answered& u, const Answered& v) {
   double sum = DataProduct(levels, detail, u.left, v.left);
   for (std::size_t j = 0; j < u.distance.size(); ++j)
-    sum += PriorProduct(detail, u.distance[j], v.distance[j], static_cast<int>(j));
+    sum += PriorProduct(detail, u.distance[j], v.distance[j], static_cast<int>(j),
+                        space.parameter(static_cast<int>(j)));
   return sum;
 }
 

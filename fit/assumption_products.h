@@ -19,8 +19,8 @@ struct Answered {
 };
 
 // What the data say against both at once: u' (noise + maps' prior)^-1 v, where maps made up for all they can.
-double Product(const std::vector<OctaveLevel>& levels, const DetailView& detail, const Answered& u,
-               const Answered& v);
+double Product(const std::vector<OctaveLevel>& levels, const ParameterSpace& space, const DetailView& detail,
+               const Answered& u, const Answered& v);
 
 // Logarithm by which the data prefer that what is told is off by `error`, known to `sigma`.
 double LogEvidence(double error, double sigma);

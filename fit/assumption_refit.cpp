@@ -36,6 +36,7 @@ class Refits {
     model_.details.assign(detail.details.begin(), detail.details.end());
     model_.scatter.assign(detail.scatter.begin(), detail.scatter.end());
     model_.blur.assign(detail.blur.begin(), detail.blur.end());
+    model_.activity.assign(detail.activity.begin(), detail.activity.end());
     KeepFree(problem.space(), space_, model_);
   }
 
@@ -60,7 +61,9 @@ class Refits {
     }
     const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state);
     const Answered left{levels[0].residual, {}};
-    const auto half = [&](DetailModel& of) { return 0.5 * Product(levels, ViewFrom(of, 0), left, left); };
+    const auto half = [&](DetailModel& of) {
+      return 0.5 * Product(levels, problem_.space(), ViewFrom(of, 0), left, left);
+    };
     return {error, half(trusting), half(model_), std::move(state.maps)};
   }
 

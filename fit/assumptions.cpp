@@ -227,8 +227,9 @@ AssumptionCheck CheckAssumption(Assumption assumption, const std::vector<PlaneF>
   check.maps = data.distance;
   for (int j = 0; j < space.count(); ++j)
     for (float& value : data.distance[j].values()) value -= static_cast<float>(space.mean()[j]);
-  const double precision = Product(levels, without, told, told) + 1.0 / (kExpectedError * kExpectedError);
-  check.log_error = Product(levels, without, told, data) / precision;
+  const double precision =
+      Product(levels, problem.space(), without, told, told) + 1.0 / (kExpectedError * kExpectedError);
+  check.log_error = Product(levels, problem.space(), without, told, data) / precision;
   check.log_evidence = LogEvidence(check.log_error, std::sqrt(1.0 / precision));
   check.sigma = std::sqrt(1.0 / precision + test_error * test_error);
   check.log_evidence_seen = LogEvidence(check.log_error, check.sigma);

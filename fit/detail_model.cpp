@@ -16,6 +16,8 @@ constexpr double kSmallestVariance = 1e-9, kLargestVariance = 1.0;  // scaled un
 constexpr double kSteepestFall = 0.12, kGuessFall = 0.5, kGuessPixels = 2.0, kGuessShare = 0.02;
 // The guess at the scatter counts as if so many data had been seen.
 constexpr double kScatterData = 6.0;
+// The guess at a pixel's activity counts as if so many details had been seen.
+constexpr double kActivityData = 4.0, kLargestActivity = 30.0;
 // Of an octave's details over those of all octaves in earlier fits, variances.
 constexpr double kSmallestFactor = 1e-6, kLargestFactor = 100.0;
 
@@ -43,6 +45,37 @@ double UnforeseenScatter(const DetailStatistics& mean, std::span<const double> s
              : 0.0;
 }
 
+// Sums over 3 x 3 pixels, fewer at a border.
+PlaneF AroundEach(const PlaneF& plane) {
+  const int width = plane.width(), height = plane.height();
+  PlaneF rows(width, height), sums(width, height);
+  for (int y = 0; y < height; ++y)
+    for (int x = 0; x < width; ++x)
+      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) rows(x, y) += plane(u, y);
+  for (int y = 0; y < height; ++y)
+    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v)
+      for (int x = 0; x < width; ++x) sums(x, y) += rows(x, v);
+  return sums;
+}
+
+// Where a coarser octave has detail the finer ones have it, too (M. J. Wainwright and E. P. Simoncelli, NIPS
+// 12, 2000: scale mixtures of Gaussians). Skin is quiet between freckles: what the data cannot tell there
+// does not vary as it does at their edges.
+void UpdateActivity(const PlaneF& energy, const PlaneF& told, const PlaneF& coarser, PlaneF& variance,
+                    PlaneF& details) {
+  const GridShape shape{energy.width(), energy.height()};
+  variance = coarser.empty() ? PlaneF(shape.width, shape.height, 1.0f) : Interpolate(coarser, shape);
+  const PlaneF squares = AroundEach(energy);
+  details = AroundEach(told);
+  for (std::size_t i = 0; i < variance.size(); ++i) {
+    float& value = variance.data()[i];
+    float& count = details.data()[i];
+    count = std::max(count, 0.0f) + static_cast<float>(kActivityData);
+    value = static_cast<float>(std::clamp((squares.data()[i] + kActivityData * value) / count,
+                                          1.0 / kLargestActivity, kLargestActivity));
+  }
+}
+
 // One factor for the covariance of all parameters' details.
 void UpdateLinked(const DetailStatistics& octave, int count, double weight, int l, DetailView model) {
   const FreeVector& unit = model.link->detail_variance;
@@ -57,14 +90,33 @@ void UpdateLinked(const DetailStatistics& octave, int count, double weight, int 
 
 }  // namespace
 
+Pigment PigmentOf(Parameter p) {
+  switch (p) {
+    case Parameter::kC_m:
+    case Parameter::kBeta_m:
+      return Pigment::kMelanin;
+    case Parameter::kC_he:
+      return Pigment::kBloodEpidermis;
+    case Parameter::kC_bc:
+      return Pigment::kCarotene;
+    case Parameter::kC_hd:
+      return Pigment::kBloodDermis;
+    default:
+      return Pigment::kInk;
+  }
+}
+
 DetailModel FirstDetailModel(int octaves, BlurTable blur, std::optional<LinkedPrior> link) {
   FreeVector variance;
   variance.fill(kFirstDetailSigma * kFirstDetailSigma);
   if (link)
     for (int j = 0; j < kUnknownCount; ++j) variance[j] = link->detail_variance[j] / std::max(octaves - 1, 1);
   DetailModel model{std::vector<FreeVector>(octaves, variance),
-                    std::vector<FreeVector>(octaves, FreeVector{}), std::vector<double>(octaves, 1.0),
-                    std::move(blur), std::move(link)};
+                    std::vector<FreeVector>(octaves, FreeVector{}),
+                    std::vector<double>(octaves, 1.0),
+                    std::move(blur),
+                    std::vector<Activity>(octaves),
+                    std::move(link)};
   model.prior.back().fill(kLargestVariance);
   return model;
 }
@@ -80,9 +132,11 @@ void KeepFree(const ParameterSpace& before, const ParameterSpace& after, DetailM
 
 DetailView ViewFrom(DetailModel& model, int first) {
   const std::size_t seen = std::min(static_cast<std::size_t>(first), model.blur.size());
-  return {std::span(model.prior).subspan(first), std::span(model.details).subspan(first),
+  return {std::span(model.prior).subspan(first),
+          std::span(model.details).subspan(first),
           std::span(model.scatter).subspan(first),
           std::span<const std::vector<BlurCurve>>(model.blur).subspan(seen),
+          std::span(model.activity).subspan(first),
           model.link ? &*model.link : nullptr};
 }
 
@@ -95,6 +149,27 @@ double GuessedVariance(const DetailView& model, int octave, int j) {
   if (octave + 2 >= top) return kGuessFall * prior[octave + 1][j];
   const double fall = prior[octave + 1][j] / prior[octave + 2][j];
   return prior[octave + 1][j] * std::clamp(fall, kSteepestFall, kGuessFall);
+}
+
+const PlaneF* DetailView::ActivityOf(std::size_t octave, GridShape shape, Parameter p) const {
+  if (link || octave + 1 >= prior.size()) return nullptr;
+  const PlaneF& plane = activity[octave].variance[static_cast<std::size_t>(PigmentOf(p))];
+  return plane.width() == shape.width && plane.height() == shape.height ? &plane : nullptr;
+}
+
+const PlaneF* DetailView::ActivityDetailsOf(std::size_t octave, GridShape shape, Parameter p) const {
+  return ActivityOf(octave, shape, p) ? &activity[octave].details[static_cast<std::size_t>(PigmentOf(p))]
+                                      : nullptr;
+}
+
+Activity Enlarged(const Activity& coarse, GridShape fine) {
+  Activity enlarged;
+  for (std::size_t p = 0; p < kPigmentCount; ++p) {
+    if (coarse.variance[p].size() <= 1) continue;
+    enlarged.variance[p] = Interpolate(coarse.variance[p], fine);
+    enlarged.details[p] = Interpolate(coarse.details[p], fine);
+  }
+  return enlarged;
 }
 
 void Update(std::span<const DetailStatistics> statistics, int count, DetailView model) {
@@ -112,6 +187,11 @@ void Update(std::span<const DetailStatistics> statistics, int count, DetailView 
           std::clamp((octave.squares[j] + weight * GuessedVariance(model, l, j)) / model.details[l][j],
                      kSmallestVariance, kLargestVariance);
     }
+    for (std::size_t p = 0; p < kPigmentCount; ++p)
+      if (!octave.energy[p].empty())
+        UpdateActivity(octave.energy[p], octave.told[p],
+                       l + 1 < top ? model.activity[l + 1].variance[p] : PlaneF(),
+                       model.activity[l].variance[p], model.activity[l].details[p]);
   }
   for (int l = 0; l <= top; ++l) {
     const double guess = GuessedScatter(model.scatter, l);

@@ -3,14 +3,27 @@
 // scatter, how far skin blurs; all by octave.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <span>
 #include <vector>
 
 #include "fit/blur_share.h"
+#include "fit/octaves.h"
 #include "fit/parameter_space.h"
 
 namespace dermap {
+
+// Where one of melanin's maps, its amount and its kind, has detail the other has, too; the others are apart.
+enum class Pigment { kMelanin, kBloodEpidermis, kCarotene, kBloodDermis, kInk };
+inline constexpr std::size_t kPigmentCount = 5;
+Pigment PigmentOf(Parameter p);
+
+// By pigment, of an octave's pixels; empty: not known.
+struct Activity {
+  std::array<PlaneF, kPigmentCount> variance;  // of a pixel's details over the octave's
+  std::array<PlaneF, kPigmentCount> details;   // from how many that is known
+};
 
 // What earlier fits say (fit/learnt_prior.h), in scaled units of the free parameters.
 struct LinkedPrior {
@@ -29,6 +42,7 @@ struct DetailModel {
   std::vector<double>
       scatter;     // [octave], variance of the residuals over that of the stated noise, at least 1
   BlurTable blur;  // [octave][band]; octaves beyond are not blurred
+  std::vector<Activity> activity;  // [octave]
   // Details of an octave are then as in earlier fits, times one factor, and so is `prior`; the mean's part of
   // `prior` says nothing.
   std::optional<LinkedPrior> link;
@@ -46,22 +60,32 @@ struct DetailView {
   std::span<FreeVector> prior, details;
   std::span<double> scatter;
   std::span<const std::vector<BlurCurve>> blur;
+  std::span<Activity> activity;
   const LinkedPrior* link = nullptr;
+
+  // Over the octave's variance. Null: 1 everywhere.
+  const PlaneF* ActivityOf(std::size_t octave, GridShape shape, Parameter p) const;
+  const PlaneF* ActivityDetailsOf(std::size_t octave, GridShape shape, Parameter p) const;
 };
 DetailView ViewFrom(DetailModel& model, int first);
+
+// Of an octave twice as fine.
+Activity Enlarged(const Activity& coarse, GridShape fine);
 
 // What an octave's variance is guessed to be from those of the two coarser ones.
 double GuessedVariance(const DetailView& model, int octave, int j);
 
 // Sums over the pixels of an octave from which the variances are estimated anew.
 struct DetailStatistics {
-  FreeVector squares{};         // of the details
+  FreeVector squares{};         // of the details, over the pixels' activity
   FreeVector determined{};      // how far the data decide them: 1 a pixel if wholly, 0 if not at all
   double linked_squares = 0.0;  // of the details, over their covariance in earlier fits
   double pixels = 0.0;
   double residual_squares = 0.0;  // of what stays unanswered, over its stated noise
   double residual_count = 0.0;    // as many, less what the details adapted to
   double noise_share = 1.0;  // of the stated variance of residuals that is noise: the rest all pixels share
+  // By pixel and pigment: squares over the prior, and how much of its parameters is determined.
+  std::array<PlaneF, kPigmentCount> energy, told;
 };
 // Of all octaves, finest first. D. J. C. MacKay's fixed point: sum of squares over what the data determine.
 void Update(std::span<const DetailStatistics> statistics, int count, DetailView model);

@@ -115,10 +115,12 @@ void Doubts::AddTo(const std::vector<Parameter>& free, double most_likely,
           static_cast<std::size_t>(std::find(free.begin(), free.end(), doubt.of[k]) - free.begin());
       if (j == free.size()) continue;
       PlaneF square = doubt.shift[k];
-      // Not by the probability itself: an interval of 95 % must reach as far as what holds once in twenty.
-      // And not by what was found alone, but by how far that may be off as well.
+      // Not by the probability itself: an interval of 95 % must reach as far as what holds once in twenty,
+      // but not as far as what is rarer. And not by what was found alone, but by how far that may be off as
+      // well.
       const double off = std::min(doubt.sigma / std::abs(doubt.log_error), kMostOff);
-      const auto weight = static_cast<float>(std::sqrt(doubt.probability) * (1.0 + off * off));
+      const double reach = std::sqrt(doubt.probability) * std::min(doubt.probability / kPossible, 1.0);
+      const auto weight = static_cast<float>(reach * (1.0 + off * off));
       for (float& value : square.values()) value *= weight * value;
       square = ResizeLinear(square, variance[j].width(), variance[j].height());
       for (std::size_t i = 0; i < square.size(); ++i) variance[j].data()[i] += square.data()[i];

@@ -142,6 +142,7 @@ class CoarseToFine {
     SetRight(suspect, data);
     std::copy(best->detail.prior.begin(), best->detail.prior.end(), outcome_.detail.prior.begin());
     std::copy(best->detail.scatter.begin(), best->detail.scatter.end(), outcome_.detail.scatter.begin());
+    std::move(best->detail.activity.begin(), best->detail.activity.end(), outcome_.detail.activity.begin());
     outcome_.state = PatchProblem(data, model, all.space()).StateOf(std::move(best->state.maps));
   }
 
@@ -166,6 +167,7 @@ class CoarseToFine {
     if (start.width() != data.width() || start.height() != data.height()) {
       start = Enlarged(problem, start);
       for (int j = 0; j < problem.space().count(); ++j) detail.prior[0][j] = GuessedVariance(detail, 0, j);
+      detail.activity[0] = Enlarged(detail.activity[1], {data.width(), data.height()});
     }
     outcome_.state = problem.StateOf(std::move(start));
     if (finest && options_.resume) TakeUp(problem);

@@ -90,6 +90,7 @@ void FastVariance::ThinInk(const FastOutcome& outcome, double in_mean, std::span
 DetailModel FastVariance::DetailOfAll(const FastOutcome& outcome, int first) const {
   DetailModel model = *detail_;
   model.scatter = outcome.detail.scatter;
+  model.activity = outcome.detail.activity;
   const DetailView detail = ViewFrom(model, first);
   for (int octave = seen_from_ - 1; octave >= first; --octave)
     for (int j = 0; j < kUnknownCount; ++j)

@@ -137,8 +137,16 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, MethodOutcom
                                           : SigmaMaps(problem, outcome.variance);
   result.history = std::move(log.history);
   FillMisfit(outcome, result);
-  WidenByLocalScatter(problem, outcome.state.misfit, ExpectedScatter(outcome, result), result.sigma);
-  result.flags = FlagsOf(problem, outcome.state, result.sigma);
+  const auto widen = [&](ParameterMaps& sigma) {
+    WidenByLocalScatter(problem, outcome.state.misfit, ExpectedScatter(outcome, result), sigma);
+  };
+  widen(result.sigma);
+  ParameterMaps expected = result.sigma;
+  if (!outcome.expected_variance.empty()) {
+    expected = SigmaMaps(problem, outcome.expected_variance);
+    widen(expected);
+  }
+  result.flags = FlagsOf(problem, outcome.state, expected);
   FlagUnexplained(problem, outcome.noise_variance, result.sigma, result.flags);
   if (outcome.grossly_told) FlagAll(problem, kFlagUnexplained, result.flags);
   result.unexplained_share = UnexplainedShare(data, result.flags);

@@ -39,6 +39,9 @@ std::vector<OctaveEvidence> CollectEvidence(const PatchProblem& problem, const F
     octave.pixels.resize(levels[l].shape.size());
     const RowMaker maker(problem, levels[l], top ? nullptr : BlurOf(detail, l), fixed);
     const std::vector<PlaneF> residual = DetailOfResidual(levels, l);
+    std::vector<const PlaneF*> activity;
+    for (const Parameter p : problem.space().free())
+      activity.push_back(detail.ActivityOf(l, levels[l].shape, p));
     for (std::size_t i = 0; i < octave.pixels.size(); ++i) {
       maker.Fill(i, rows);
       PixelEvidence& pixel = octave.pixels[i];
@@ -53,6 +56,13 @@ std::vector<OctaveEvidence> CollectEvidence(const PatchProblem& problem, const F
         pixel.asked += weight * residual[b].data()[i] * row;
       }
       pixel.asked += pixel.normal * estimate;
+      // Of the details over the root of their activity.
+      for (int j = 0; j < count; ++j) {
+        const double root = activity[j] ? std::sqrt(activity[j]->data()[i]) : 1.0;
+        pixel.normal.row(j) *= root;
+        pixel.normal.col(j) *= root;
+        pixel.asked[j] *= root;
+      }
     }
   }
   return octaves;

@@ -54,11 +54,18 @@ class LevelSolver {
         every_(index == 0 ? kSampledRows : 1),
         maker_(problem, level_, top_ ? nullptr : BlurOf(model, index), fixed),
         share_(top_ ? 1.0 : kDetailShare),
-        noise_(level_.noise_inflation * model.scatter[index]) {}
+        noise_(level_.noise_inflation * model.scatter[index]) {
+    for (const Parameter p : problem.space().free()) {
+      activity_.push_back(model.ActivityOf(index, level_.shape, p));
+      activity_details_.push_back(model.ActivityDetailsOf(index, level_.shape, p));
+      pigment_.push_back(static_cast<std::size_t>(PigmentOf(p)));
+    }
+  }
 
   DetailStatistics Solve(Sofar& sofar) {
     const int count = problem_.space().count();
     change_ = variance_ = Zeros(count, level_.shape);
+    for (const std::size_t p : pigment_) told_[p] = PlaneF(level_.shape.width, level_.shape.height);
     std::vector<FreeVector> determined(level_.shape.height, FreeVector{});  // by row
     ForEachPixel([&](int y, std::size_t i, std::span<OctaveRow> rows) {
       switch (count) {
@@ -117,7 +124,7 @@ class LevelSolver {
       const double position = level_.position[j].data()[i] + sofar.change[j].data()[i];
       lower[j] = std::min(space.lower()[j] - position, 0.0);
       upper[j] = std::max(space.upper()[j] - position, 0.0);
-      if (!link_) system.AddPrior(j, share_ / prior_[j], -level_.detail[j].data()[i]);
+      if (!link_) system.AddPrior(j, PrecisionAt(i, j), -level_.detail[j].data()[i]);
     }
     if (link_) AddLink(i, system);
     system.Solve(lower, upper, change, variance);
@@ -125,20 +132,27 @@ class LevelSolver {
       change_[j].data()[i] = static_cast<float>(change[j]);
       variance_[j].data()[i] =
           static_cast<float>(share_ * (variance[j] + VarianceOfShrinking(i, j, change[j], variance[j])));
-      if (!link_) determined[j] += 1.0 - variance[j] * share_ / prior_[j];
+      if (link_) continue;
+      const double told = 1.0 - variance[j] * PrecisionAt(i, j);
+      determined[j] += told;
+      told_[pigment_[j]].data()[i] += static_cast<float>(told);
     }
     if (!link_) return;
     const double decided = N - LinkFactor() * system.InverseTimes(LinkPrecision());
     for (int j = 0; j < N; ++j) determined[j] += decided / N;
   }
 
+  double ActivityAt(std::size_t i, int j) const { return activity_[j] ? activity_[j]->data()[i] : 1.0; }
+  double PrecisionAt(std::size_t i, int j) const { return share_ / (prior_[j] * ActivityAt(i, j)); }
+
   // A detail is drawn towards nothing as far as the data leave it open, by a variance that is itself an
   // estimate from a number of details: its relative variance is 2 over that.
   double VarianceOfShrinking(std::size_t i, int j, double change, double variance) const {
     if (top_ || link_ || details_[j] <= 0.0) return 0.0;
-    const double open = std::min(variance * share_ / prior_[j], 1.0);
+    const double open = std::min(variance * PrecisionAt(i, j), 1.0);
     const double shrunk = open * (level_.detail[j].data()[i] + change);
-    return 2.0 / details_[j] * shrunk * shrunk;
+    const double here = activity_details_[j] ? 2.0 / activity_details_[j]->data()[i] : 0.0;
+    return (2.0 / details_[j] + here) * shrunk * shrunk;
   }
 
   // What earlier fits say, as a quadratic form of the mean's distance or of the detail.
@@ -180,11 +194,15 @@ class LevelSolver {
   DetailStatistics Statistics(const std::vector<FreeVector>& determined, const Sofar& sofar) const {
     DetailStatistics statistics;
     statistics.pixels = static_cast<double>(level_.shape.size());
+    for (const std::size_t p : pigment_)
+      statistics.energy[p] = PlaneF(level_.shape.width, level_.shape.height);
+    statistics.told = told_;
     double adapted = 0.0;
     for (std::size_t j = 0; j < change_.size(); ++j) {
       for (std::size_t i = 0; i < level_.shape.size(); ++i) {
         const double detail = static_cast<double>(level_.detail[j].data()[i]) + change_[j].data()[i];
-        statistics.squares[j] += detail * detail;
+        statistics.squares[j] += detail * detail / ActivityAt(i, static_cast<int>(j));
+        statistics.energy[pigment_[j]].data()[i] += static_cast<float>(detail * detail / prior_[j]);
       }
       for (const FreeVector& row : determined) statistics.determined[j] += row[j];
       adapted += share_ * statistics.determined[j];
@@ -256,6 +274,9 @@ class LevelSolver {
   double share_;  // of the pixels' dimensions that this octave's details span
   double noise_;  // variance of the noise over what `weight` says
   std::vector<PlaneF> change_, variance_;
+  std::vector<const PlaneF*> activity_, activity_details_;  // [free parameter]; null: 1 everywhere
+  std::vector<std::size_t> pigment_;                        // likewise
+  std::array<PlaneF, kPigmentCount> told_;                  // how much of its parameters the data decide
 };
 
 }  // namespace

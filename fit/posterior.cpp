@@ -96,10 +96,13 @@ double Posterior::AddPrior(const PlaneF& plane, int j, std::size_t octave, Plane
   PlaneF weighted = plane;
   if (!top) weighted = DetailOf(plane);
   double sum = 0.0;
-  for (float& value : weighted.values()) {
+  const PlaneF* activity = detail_.ActivityOf(octave, shapes_[octave], problem_.space().parameter(j));
+  for (std::size_t i = 0; i < weighted.size(); ++i) {
+    float& value = weighted.data()[i];
     const double detail = top ? value - problem_.space().mean()[j] : value;
-    sum += 0.5 * precision * detail * detail;
-    value = static_cast<float>(precision * detail);
+    const double here = activity ? precision / activity->data()[i] : precision;
+    sum += 0.5 * here * detail * detail;
+    value = static_cast<float>(here * detail);
   }
   if (top) {
     if (gradient) *gradient = std::move(weighted);
