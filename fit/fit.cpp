@@ -141,12 +141,12 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, MethodOutcom
     WidenByLocalScatter(problem, outcome.state.misfit, ExpectedScatter(outcome, result), sigma);
   };
   widen(result.sigma);
-  ParameterMaps expected = result.sigma;
-  if (!outcome.expected_variance.empty()) {
-    expected = SigmaMaps(problem, outcome.expected_variance);
-    widen(expected);
+  ParameterMaps telling = result.sigma;
+  if (!outcome.telling_variance.empty()) {
+    telling = SigmaMaps(problem, outcome.telling_variance);
+    widen(telling);
   }
-  result.flags = FlagsOf(problem, outcome.state, expected);
+  result.flags = FlagsOf(problem, outcome.state, telling);
   FlagUnexplained(problem, outcome.noise_variance, result.sigma, result.flags);
   if (outcome.grossly_told) FlagAll(problem, kFlagUnexplained, result.flags);
   result.unexplained_share = UnexplainedShare(data, result.flags);

@@ -97,9 +97,10 @@ void TakeLarger(const std::vector<PlaneF>& other, std::vector<PlaneF>& variance)
 
 // The paper's method knows pixels one by one. What all pixels share, and what was told, the fast fit of the
 // same data tells. What residuals show of that beyond noise adds to a pixel's own sigma in full, not in
-// squares: it is one error for all pixels, and most of them must be covered even where it is large; whether a
-// pixel is identifiable is a matter of what is expected, and goes by the squares. A pixel's own noise keeps
-// it within two sigma of the fast fit's; where it is farther, sigma grows until 95 % intervals reach there.
+// squares: it is one error for all pixels, and most of them must be covered even where it is large. Whether a
+// pixel is identifiable goes by the larger of both alone: where the fast fit, whose noise is small, says that
+// the mean is told, noise is what decides. A pixel's own noise keeps it within two sigma of the fast fit's;
+// where it is farther, sigma grows until 95 % intervals reach there.
 void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMaker& make_model,
                  const FitOptions& options, const PatchProblem& problem, MethodOutcome& outcome,
                  RunLog& log) {
@@ -118,7 +119,7 @@ void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMake
   for (int j = 0; j < space.count(); ++j) {
     const Parameter p = space.parameter(j);
     const PlaneF &here = outcome.state.maps.Unknown(p), &there = fast.state.maps.Unknown(p);
-    PlaneF variance = fast.variance[static_cast<std::size_t>(j)], expected = variance;
+    PlaneF variance = fast.variance[static_cast<std::size_t>(j)], apart = variance;
     PlaneF* noise = fast.noise_variance.empty() ? nullptr : &fast.noise_variance[static_cast<std::size_t>(j)];
     for (std::size_t i = 0; i < variance.size(); ++i) {
       const double of_pixel = std::pow(sigma.Unknown(p).data()[i] / space.scale(j), 2);
@@ -126,12 +127,12 @@ void DoubtByFast(const FitData& data, const ForwardModel& model, const ModelMake
       const double beyond_noise = std::max(distance * distance - kNoiseDistance * of_pixel, 0.0);
       const double shared = variance.data()[i], quiet = noise ? noise->data()[i] : shared;
       const double own = quiet + outcome.scatter * of_pixel, found = std::max(shared - quiet, 0.0);
-      expected.data()[i] = static_cast<float>(own + found + beyond_noise);
-      variance.data()[i] = expected.data()[i] + static_cast<float>(2.0 * std::sqrt(own * found));
+      apart.data()[i] = static_cast<float>(std::max(own, found) + beyond_noise);
+      variance.data()[i] = static_cast<float>(own + found + 2.0 * std::sqrt(own * found) + beyond_noise);
       if (noise) noise->data()[i] += static_cast<float>(of_pixel + beyond_noise);
     }
     outcome.variance.push_back(std::move(variance));
-    outcome.expected_variance.push_back(std::move(expected));
+    outcome.telling_variance.push_back(std::move(apart));
   }
   outcome.noise_variance = std::move(fast.noise_variance);
   outcome.grossly_told = IsGrosslyTold(fast);

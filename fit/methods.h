@@ -17,8 +17,8 @@ struct MethodOutcome {
   std::optional<double> adapted_parameters;  // where it was measured
   std::vector<PlaneF> variance;        // of each free parameter, scaled units; empty: from single pixels
   std::vector<PlaneF> noise_variance;  // the same by noise alone, where that is much less
-  // By which parameters are told to be identifiable, where `variance` covers more than is expected.
-  std::vector<PlaneF> expected_variance;
+  // Likewise; whether a pixel is identifiable goes by it. Empty: by `variance`.
+  std::vector<PlaneF> telling_variance;
   bool grossly_told = false;  // what was told is far from what the data speak for
   double scatter = 1.0;       // of residuals over noise that `variance` holds already
   std::vector<Candidate> candidates;
