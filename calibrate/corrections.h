@@ -63,7 +63,7 @@ double LeakInReflectance(const PolarizationConfig& config, double wavelength_nm,
 // gel between air and skin lets more light in and out, and returns less of what comes from below. Faces let
 // through what Fresnel's formulas say at the rig's own angles, s and p alike: the polarization step has made
 // the signal the mean of both positions. `reflectance`: the band's, for the light that goes back and forth.
-// Half of that last share is counted as uncertainty, as is what n leaves open.
+// A fifth of that last share is counted as uncertainty, as is what n leaves open.
 struct RigAngles {
   double light_deg = 0.0;  // in air, from the skin's normal, both
   double view_deg = 30.0;
