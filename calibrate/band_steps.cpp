@@ -71,16 +71,17 @@ double CorrectStrayLight(const SessionContext& context, const Window& window, co
                          double certificate, const MiddleMeans& means, SkinMosaic& skin,
                          BandCalibration& record) {
   const auto& tape = context.session.rig.optics.tape_reflectance;
+  const auto& stated = context.session.rig.optics.stray_light;
   // The tape's reflectance is meant as the camera sees it, behind its polarizer; Spectralon's signal is not
   // its mean.
   const auto& polarization = context.session.rig.optics.polarization;
   const double seen = polarization ? SpectralonSignal(*polarization, record.band.wavelength_nm) : 1.0;
-  const StrayLight found =
-      EstimateStrayLight(skin.mosaic, window, frames, skin.card, certificate * seen, tape.value_or(Known{}));
+  const StrayLight found = EstimateStrayLight(skin.mosaic, window, frames, skin.card, certificate * seen,
+                                              tape, stated.value_or(kUsualStrayLight));
   StepRecord step{Step::kStrayLight, false, 0.0, 0.0, ""};
-  if (!tape) {
-    step.note = "the rig states no tape_reflectance; the tape seems to reflect " + Short(found.tape) +
-                ", its own reflectance and the lens's stray light together";
+  if (!tape && !stated) {
+    step.note = "the rig states neither stray_light nor tape_reflectance; the tape seems to reflect " +
+                Short(found.tape) + ", its own reflectance and the lens's stray light together";
     record.steps.push_back(step);
     return skin.card.ratio;
   }

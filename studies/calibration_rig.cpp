@@ -16,8 +16,9 @@
 namespace dermap {
 namespace {
 
-constexpr int kPatchSessions = 3;  // their noise is no bias
-constexpr double kTapeSigma = 0.0003, kLeakSigma = 0.0003;
+constexpr int kPatchSessions = 3;      // their noise is no bias
+constexpr double kTapeSigma = 0.0012;  // its texture, mean of what lies around the window
+constexpr double kStrayLightSigma = 0.0005, kLeakSigma = 0.0003;
 
 // Four rows of four; those darker than tape lie inside, since beside tape they would have no edge.
 const std::vector<double> kPatches{0.50, 0.35, 0.80, 0.18, 0.95, 0.02, 0.10, 0.50,
@@ -68,6 +69,7 @@ BenchConfig DrawBench(std::mt19937_64& random, CalibrationStudyRig& drawn, RigCo
 // that all else of a rig is what it was before.
 void DrawStrayLight(std::mt19937_64& random, CalibrationStudyRig& drawn, BenchConfig& bench, RigConfig& rig) {
   bench.stray_light = drawn.stray_light = Between(random, 0.0, 0.02);
+  rig.optics.stray_light = Known{bench.stray_light, kStrayLightSigma};
   rig.optics.tape_reflectance = Known{bench.tape_reflectance, kTapeSigma};
   bench.polarizer_leak = drawn.leak = Between(random, 0.0, 0.02);
   rig.optics.polarization->leak = Known{bench.polarizer_leak, kLeakSigma};

@@ -129,6 +129,11 @@ TEST(Steps, EachMendsItsOwnEffect) {
        [](RigOptics& o) {
          o.tape_reflectance = Known{0.03, 0.0003};
        }},
+      {"stray light that the rig states", Step::kStrayLight, 0.003,
+       [](BenchConfig& b) { b.stray_light = 0.03; },
+       [](RigOptics& o) {
+         o.stray_light = Known{0.03, 0.001};
+       }},
       {"leak", Step::kLeak, 0.015, [](BenchConfig& b) { b.polarizer_leak = 0.02; },
        [](RigOptics& o) {
          o.polarization = PolarizationConfig{};
@@ -184,6 +189,29 @@ TEST(Steps, StrayLightIsMendedUnderEveryFilterPattern) {
     EXPECT_NEAR(with.bands[0].median_reflectance, 0.5, 0.0015) << int(filters);
     EXPECT_GT(std::abs(without.bands[0].median_reflectance - 0.5), 0.003) << int(filters);
   }
+}
+
+// What is known beforehand and what the tape says, by inverse variance. By hand: a tape known to 0.005 of a
+// frame whose mean is half of Spectralon's tells the share to 0.005 / (0.5 - 0.03) or so, 0.011; stated to
+// 0.001 it stays where it was stated, within 0.001 (0.001 / 0.011)^2 or so of it.
+TEST(Steps, StrayLightIsBelievedAsFarAsItIsKnown) {
+  const auto change = [](Scene& scene) { scene.bench.stray_light = 0.03; };
+  SimulatedSession simulated("gray_50.toml", change, OneBand);
+  RigOptics& optics = simulated.session().rig.optics;
+  const auto note = [&] {
+    for (const StepRecord& step :
+         CalibrateFrames(simulated.session(), simulated.Reader(), {}).bands[0].steps) {
+      if (step.step == Step::kStrayLight) return std::stod(step.note);
+    }
+    return 0.0;
+  };
+  optics.tape_reflectance = Known{0.03, 0.005};
+  optics.stray_light = Known{0.02, 0.001};
+  EXPECT_NEAR(note(), 2.0, 0.05);  // %
+  optics.stray_light = Known{0.02, 0.5};
+  EXPECT_NEAR(note(), 3.0, 0.3);  // the tape's own texture in it
+  optics.tape_reflectance.reset();
+  EXPECT_NEAR(note(), 2.0, 1e-6);
 }
 
 // Frames of two benches that differ in the polarizer's position alone; the bench's own amplitudes.
