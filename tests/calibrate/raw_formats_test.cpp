@@ -2,6 +2,7 @@
 // Cameras' own formats: the photosites that were written, in the filters' order, with the levels that the
 // file tells.
 #include <gtest/gtest.h>
+#include <libraw/libraw.h>
 
 #include <array>
 #include <numeric>
@@ -170,6 +171,29 @@ TEST_F(RawFormats, Cr2WithCoveredMargins) {
   }
   EXPECT_EQ(frame.black_level, 131.0);
   EXPECT_EQ(frame.white_level, 4095);
+}
+
+// LibRaw's own decoder: the same values, margins and levels, for any layout of strips and any depth.
+TEST_F(RawFormats, Cr2AsLibRawReadsIt) {
+  for (const int bits : {12, 14}) {
+    for (const auto& [width, strip_width] : {std::pair{96, 0}, {96, 40}, {96, 48}, {100, 26}}) {
+      const auto bytes =
+          EncodeCr2(Photosites(width, 64, bits), {"Canon", "Canon EOS 9999D", bits}, strip_width);
+      const BayerFrame frame = Read("a.cr2", bytes);
+      LibRaw slow;
+      ASSERT_EQ(slow.open_file((folder_.path() / "a.cr2").c_str()), LIBRAW_SUCCESS);
+      ASSERT_EQ(slow.unpack(), LIBRAW_SUCCESS);
+      const auto& sizes = slow.imgdata.sizes;
+      ASSERT_TRUE(frame.values.SameShape(sizes.width, sizes.height)) << width << " " << strip_width;
+      EXPECT_EQ(frame.white_level, slow.imgdata.color.maximum);
+      for (int y = 0; y < sizes.height; ++y) {
+        const auto* row =
+            slow.imgdata.rawdata.raw_image + (y + sizes.top_margin) * sizes.raw_pitch / 2 + sizes.left_margin;
+        ASSERT_TRUE(std::equal(row, row + sizes.width, frame.values.Row(y)))
+            << bits << " bits, " << width << " wide, strips of " << strip_width << ", row " << y;
+      }
+    }
+  }
 }
 
 // By definition: data cut short are no frame, whoever decodes them.
