@@ -84,6 +84,7 @@ std::string Fingerprint(const RigConfig& rig, const std::vector<FrameRecord>& sc
                    {"window_mm", rig.window_mm},
                    {"view_angle_deg", rig.view_angle_deg},
                    {"gray_card_region", rig.gray_card_region}};
+  if (rig.light_angle_deg != 0.0) j["light_angle_deg"] = rig.light_angle_deg;
   for (const FrameRecord& f : schedule) {
     j["frames"].push_back(
         {f.number, RoleName(f.role), f.slot, f.wavelength_nm, f.fwhm_nm, f.exposure_ms, f.iso});

@@ -35,6 +35,8 @@ int RunCalibrationStudyCommand(int argc, char** argv) {
     };
     line("bias", study.bias, "0.002");
     line("bias_mid_gray", study.bias_mid_gray, "0.001");
+    line("error_mid_gray_once", study.error_mid_gray_once, "none");
+    line("chi2_once", study.chi2_once, "none");
     line("chi2_per_dof", study.chi2_per_dof, "0.9 to 1.1");
     line("chi2_sharp", study.chi2_sharp, "none");
     line("alignment_error_px", study.alignment_error_px, "0.1");

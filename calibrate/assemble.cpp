@@ -17,6 +17,7 @@ namespace {
 constexpr double kWindowSizes =
     0.04;  // deviation of a window's size from the bands' median: not the same window
 constexpr double kSaturatedNote = 0.001;
+constexpr double kAnglesNote = 0.001;     // of reflectance
 constexpr double kUnsureWindow_px = 0.3;  // photosites: without structure to align by, such a band is dropped
 
 PlaneF ValidPixels(const std::vector<PlaneF>& reflectance, double edge_mask_px) {
@@ -58,13 +59,30 @@ NoiseCorrelation MeanCorrelation(const std::vector<BandCalibration>& bands) {
   return mean;
 }
 
+RigAngles AnglesOf(const RigConfig& rig) {
+  return {rig.light_angle_deg, rig.view_angle_deg};
+}
+
+// A stack states 0/30, as the model means it; light and camera elsewhere show skin a little darker or
+// lighter.
+void NoteAngles(const RigConfig& rig, std::vector<std::string>& notes) {
+  const double off = AnglesFactor(AnglesOf(rig), kSkinIndex) - 1.0;
+  if (std::abs(off) < kAnglesNote) return;
+  notes.push_back("light at " + Short(rig.light_angle_deg) + " and camera at " + Short(rig.view_angle_deg) +
+                  " degrees: skin's faces let through " + Short(100 * std::abs(off)) + " % " +
+                  (off < 0.0 ? "less" : "more") +
+                  " than at 0 and 30 degrees, which the stack states; this is not corrected");
+}
+
 // Surface light that leaks through the crossed polarizers, then the gel's film.
 void CorrectSurface(const Session& session, const StepSet& skip, double median, PatchBand& patch,
                     BandCalibration& record) {
   const RigOptics& optics = session.rig.optics;
   StepRecord leak{Step::kLeak, false, 0.0, 0.0, "the rig states none"};
   if (optics.polarization) {
-    const Known& known = optics.polarization->leak;
+    const double seen = LeakInReflectance(*optics.polarization, record.band.wavelength_nm,
+                                          skip.count(Step::kPolarization) == 0);
+    const Known known{optics.polarization->leak.value * seen, optics.polarization->leak.sigma * seen};
     leak.applied = skip.count(Step::kLeak) == 0;
     leak.note = leak.applied ? "" : "left out";
     leak.effect = leak.applied ? -known.value / median : 0.0;
@@ -76,7 +94,7 @@ void CorrectSurface(const Session& session, const StepSet& skip, double median, 
   record.steps.push_back(leak);
   StepRecord gel{Step::kGel, false, 0.0, 0.0, "the rig states none"};
   if (optics.gel) {
-    const Known factor = GelFactor(*optics.gel, kSkinIndex, session.rig.view_angle_deg, median);
+    const Known factor = GelFactor(*optics.gel, kSkinIndex, AnglesOf(session.rig), median);
     gel.applied = skip.count(Step::kGel) == 0;
     gel.note = gel.applied ? "" : "left out";
     gel.effect = gel.applied ? factor.value - 1.0 : 0.0;
@@ -90,12 +108,12 @@ void CorrectSurface(const Session& session, const StepSet& skip, double median, 
 }
 
 void FinishRecord(const CalibrationOptions& options, BandCalibration& record) {
-  record.steps.push_back(
-      {Step::kAlignment, record.alignment.applied, 0.0, 0.0,
-       record.alignment.applied
-           ? "shift " + Short(std::hypot(record.alignment.dx_px, record.alignment.dy_px)) + " px"
-       : options.align ? record.alignment.note
-                       : "left out"});
+  record.steps.push_back({Step::kAlignment, record.alignment.applied, 0.0, 0.0,
+                          record.alignment.applied
+                              ? "shift " + Short(std::hypot(record.alignment.dx_px, record.alignment.dy_px)) +
+                                    " px, known to " + Short(record.alignment.uncertainty_px) + " px"
+                          : options.align ? record.alignment.note
+                                          : "left out"});
   double square = 0.0;
   for (const StepRecord& step : record.steps) square += step.sigma * step.sigma;
   record.systematic_sigma = std::sqrt(square);
@@ -215,6 +233,7 @@ void Assemble(std::vector<BandFrames>& bands, std::vector<PatchBand>& patches, c
   stack.illumination = Illumination::kWindow;
   stack.tape = Tape::kFree;
   stack.geometry = Geometry::kFactor0_30;
+  NoteAngles(session.rig, result.notes);
   std::size_t k = 0;
   for (BandFrames& band : bands) {
     if (!band.record.dropped) {

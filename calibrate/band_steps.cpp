@@ -23,6 +23,22 @@ StepRecord LinearityStep(const SessionContext& context, const SignalFrame& skin,
   return step;
 }
 
+// Each frame's offset drifts by itself; where black frames are left out, it is as far off as the file's level
+// is.
+StepRecord BlackStep(const SessionContext& context, const SignalFrame& skin, const MiddleMeans& means) {
+  const double black = skin.black->level_dn;
+  const double with = means.skin / means.spectralon;
+  const double without = (means.skin + black) / (means.spectralon + black);
+  const double drift = kBlackDrift_dn * std::hypot(1.0 / means.skin, 1.0 / means.spectralon);
+  StepRecord step{Step::kBlack, context.blacks.options().subtract_black, with / without - 1.0, drift,
+                  Short(black) + " DN"};
+  if (step.applied) return step;
+  const double stated = context.blacks.sensor().black_level;
+  step.note = "left out: the level that the file states was subtracted, " + Short(stated) + " DN";
+  step.sigma = std::hypot(drift, (black - stated) * (1.0 / means.skin - 1.0 / means.spectralon));
+  return step;
+}
+
 }  // namespace
 
 MiddleMeans MeansOf(const Mosaic& mosaic) {
@@ -43,13 +59,7 @@ MiddleMeans MeansOf(const Mosaic& mosaic) {
 
 void AddFrameSteps(const SessionContext& context, const SignalFrame& skin, const MiddleMeans& means,
                    BandCalibration& record) {
-  const double black = skin.black->level_dn;
-  const double with = means.skin / means.spectralon;
-  const double without = (means.skin + black) / (means.spectralon + black);
-  StepRecord subtracted{Step::kBlack, context.blacks.options().subtract_black, with / without - 1.0, 0.0, ""};
-  if (!subtracted.applied) subtracted.note = "left out: the file's own black level was subtracted";
-  subtracted.note += subtracted.note.empty() ? Short(black) + " DN" : "";
-  record.steps.push_back(subtracted);
+  record.steps.push_back(BlackStep(context, skin, means));
   const bool hot = context.blacks.options().mask_hot;
   record.steps.push_back(
       {Step::kHotPhotosites, hot, 0.0, 0.0,
@@ -61,16 +71,17 @@ double CorrectStrayLight(const SessionContext& context, const Window& window, co
                          double certificate, const MiddleMeans& means, SkinMosaic& skin,
                          BandCalibration& record) {
   const auto& tape = context.session.rig.optics.tape_reflectance;
+  const auto& stated = context.session.rig.optics.stray_light;
   // The tape's reflectance is meant as the camera sees it, behind its polarizer; Spectralon's signal is not
   // its mean.
   const auto& polarization = context.session.rig.optics.polarization;
   const double seen = polarization ? SpectralonSignal(*polarization, record.band.wavelength_nm) : 1.0;
-  const StrayLight found =
-      EstimateStrayLight(skin.mosaic, window, frames, skin.card, certificate * seen, tape.value_or(Known{}));
+  const StrayLight found = EstimateStrayLight(skin.mosaic, window, frames, skin.card, certificate * seen,
+                                              tape, stated.value_or(kUsualStrayLight));
   StepRecord step{Step::kStrayLight, false, 0.0, 0.0, ""};
-  if (!tape) {
-    step.note = "the rig states no tape_reflectance; the tape seems to reflect " + Short(found.tape) +
-                ", its own reflectance and the lens's stray light together";
+  if (!tape && !stated) {
+    step.note = "the rig states neither stray_light nor tape_reflectance; the tape seems to reflect " +
+                Short(found.tape) + ", its own reflectance and the lens's stray light together";
     record.steps.push_back(step);
     return skin.card.ratio;
   }

@@ -141,10 +141,12 @@ struct BlackSums {
 // What the frame's darkest photosites show: some cameras' files state no black level.
 double DarkLevel(const BayerFrame& frame) {
   if (frame.black_level > 0.0) return frame.black_level;
-  std::vector<std::uint16_t> values(frame.values.values().begin(), frame.values.values().end());
-  const auto dark = values.begin() + static_cast<std::ptrdiff_t>(kDarkShare * double(values.size()));
-  std::nth_element(values.begin(), dark, values.end());
-  return *dark;
+  Histogram counts(65536, 0);
+  for (const std::uint16_t v : frame.values.values()) ++counts[v];
+  const auto dark = static_cast<std::uint64_t>(kDarkShare * double(frame.values.size()));
+  std::size_t value = 0;
+  for (std::uint64_t below = counts[0]; below <= dark && value + 1 < counts.size();) below += counts[++value];
+  return double(value);
 }
 
 // A lit frame in a black one's place would be subtracted from everything.
@@ -216,7 +218,8 @@ void BlackFrames::AddLevel(const Session& session, const FrameReader& read, doub
     }
     const BayerFrame& frame = ahead[i % kReadAhead];
     if (hot_.empty()) {
-      sensor_ = {frame.values.width(), frame.values.height(), frame.colours, frame.period, frame.white_level};
+      sensor_ = {frame.values.width(), frame.values.height(), frame.colours,
+                 frame.period,         frame.white_level,     frame.black_level};
       hot_ = MaskPlane(sensor_.width, sensor_.height, 0);
     }
     CheckSensor(*records[i], frame, sensor_);

@@ -14,6 +14,9 @@
 
 namespace dermap {
 
+// Of a frame's offset against its black frames', one standard deviation.
+inline constexpr double kBlackDrift_dn = 0.1;
+
 // Where frames come from: files of a session, or memory in tests.
 using FrameReader = std::function<BayerFrame(const FrameRecord&)>;
 
@@ -32,6 +35,7 @@ struct SensorFormat {
   std::array<char, kLatticeCount> colours{};
   int period = 2;
   double white_level = 0.0;
+  double black_level = 0.0;  // as the first black frame's file states it
 };
 
 // Throws InputError naming the frame where it is of another camera or setting than the session's others.

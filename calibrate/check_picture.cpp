@@ -62,7 +62,9 @@ void Write(Plane<Rgb8>& canvas, int x, int y, const std::string& text, bool alar
               cv::LINE_AA);
 }
 
-std::string TitleOf(const BandCalibration& band) {
+}  // namespace
+
+std::string WindowCaption(const BandCalibration& band) {
   char text[160];
   const double edge = band.windows.empty() ? 0.0 : band.windows[0].edge_uncertainty_px;
   std::snprintf(text, sizeof text, "%g nm%s  window +-%.3f px", band.band.wavelength_nm,
@@ -70,7 +72,7 @@ std::string TitleOf(const BandCalibration& band) {
   return text;
 }
 
-std::string ResidualTitleOf(const BandCalibration& band) {
+std::string ResidualCaption(const BandCalibration& band) {
   char text[160];
   const BandAlignment& a = band.alignment;
   if (!a.applied) return "aligned by the window alone";
@@ -78,8 +80,6 @@ std::string ResidualTitleOf(const BandCalibration& band) {
                 a.dx_px, a.dy_px, a.angle_rad * 57.29578, a.stretch_px, a.uncertainty_px);
   return text;
 }
-
-}  // namespace
 
 Plane<Rgb8> CheckPicture(const CalibrationResult& result) {
   const auto count = static_cast<int>(result.bands.size());
@@ -90,10 +90,10 @@ Plane<Rgb8> CheckPicture(const CalibrationResult& result) {
     const BandCalibration& band = result.bands[static_cast<std::size_t>(i)];
     const int x = i % columns * 2 * kPanelWidth;
     const int y = i / columns * (kPanelHeight + kTitleHeight);
-    Write(canvas, x, y, TitleOf(band), band.dropped);
+    Write(canvas, x, y, WindowCaption(band), band.dropped);
     Plane<Rgb8> frame = FrameWithGrid(band, result.stack.valid.width());
     Paste(frame, canvas, x, y + kTitleHeight);
-    Write(canvas, x + kPanelWidth, y, ResidualTitleOf(band), band.dropped);
+    Write(canvas, x + kPanelWidth, y, ResidualCaption(band), band.dropped);
     if (band.alignment.residual.empty()) continue;
     PlaneF shown = band.alignment.residual;
     for (float& v : shown.values()) v = std::isfinite(v) ? v : 0.0f;

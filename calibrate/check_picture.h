@@ -9,5 +9,8 @@
 namespace dermap {
 
 Plane<Rgb8> CheckPicture(const CalibrationResult& result);
+// What stands over a band's two panels: how well its window is known, and how far alignment has moved it.
+std::string WindowCaption(const BandCalibration& band);
+std::string ResidualCaption(const BandCalibration& band);
 
 }  // namespace dermap

@@ -12,6 +12,9 @@ namespace {
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr int kDirections = 400;  // of the integral over diffuse light
+// Relative, of what goes back and forth, which is taken for diffuse; adding-doubling finds it off by up to a
+// ninth.
+constexpr double kWithinUncertainty = 0.2;
 
 double AtWavelength(const std::vector<double>& nm, const std::vector<double>& values, double wavelength_nm) {
   if (nm.size() < 2) return values[0];
@@ -39,20 +42,26 @@ struct GelParts {
   double within = 1.0;  // of the light that goes back and forth below the face
 };
 
-GelParts GelPartsOf(double n_gel, double n_skin, double view_angle_deg, double reflectance) {
-  const double cos_view = std::cos(view_angle_deg * kPi / 180.0);
-  const double in_bare = 1.0 - FresnelReflectance(1.0, 1.0, n_skin);
-  const double out_bare = 1.0 - FresnelReflectance(cos_view, 1.0, n_skin);  // the same both ways
+double CosineOf(double degrees) {
+  return std::cos(degrees * kPi / 180.0);
+}
+
+// Into bare skin, and by reversed rays out of it.
+double BareTransmittance(double degrees, double n_skin) {
+  return 1.0 - FresnelReflectance(CosineOf(degrees), 1.0, n_skin);
+}
+
+GelParts GelPartsOf(double n_gel, double n_skin, const RigAngles& angles, double reflectance) {
+  const double in_film = FilmTransmittance(CosineOf(angles.light_deg), 1.0, n_gel, n_skin);
+  const double out_film = FilmTransmittance(CosineOf(angles.view_deg), 1.0, n_gel, n_skin);
   GelParts parts;
-  parts.faces = in_bare / FilmTransmittance(1.0, 1.0, n_gel, n_skin) * out_bare /
-                FilmTransmittance(cos_view, 1.0, n_gel, n_skin);
-  // R = T_in (1 - F) rho / (1 - F rho), rho the albedo of what lies below the face.
+  parts.faces = BareTransmittance(angles.light_deg, n_skin) / in_film *
+                BareTransmittance(angles.view_deg, n_skin) / out_film;
+  // R = T_in T_out / n^2 rho / (1 - F rho), rho the albedo of what lies below the face: a reflectance factor.
   const double bare = DiffuseFresnelReflectance(n_skin, 1.0);
   const double film = DiffuseReflectanceUnderFilm(n_skin, n_gel);
-  const double in_film = FilmTransmittance(1.0, 1.0, n_gel, n_skin);
   const double r = std::clamp(reflectance, 0.0, 0.95);
-  const double rho = r / (in_film * (1.0 - film) + film * r);
-  // (1 - F) is the faces' again, so only the denominators are left.
+  const double rho = r / (in_film * out_film / (n_skin * n_skin) + film * r);
   parts.within = (1.0 - film * rho) / (1.0 - bare * rho);
   return parts;
 }
@@ -84,6 +93,12 @@ double SpectralonSignal(const PolarizationConfig& config, double wavelength_nm) 
   return 1.0 + config.sign * AtWavelength(config.wavelengths_nm, config.spectralon, wavelength_nm);
 }
 
+// R = (R_spectralon S_skin / S_spectralon (1 + sign a_spectralon) - leak) / (1 + sign a_skin).
+double LeakInReflectance(const PolarizationConfig& config, double wavelength_nm, bool polarization_done) {
+  const double skin = 1.0 + config.sign * AtWavelength(config.wavelengths_nm, config.skin, wavelength_nm);
+  return 1.0 / (polarization_done ? skin : SpectralonSignal(config, wavelength_nm));
+}
+
 double DiffuseReflectanceUnderFilm(double n_skin, double n_film) {
   double sum = 0.0;
   for (int i = 0; i < kDirections; ++i) {
@@ -93,14 +108,22 @@ double DiffuseReflectanceUnderFilm(double n_skin, double n_film) {
   return sum;
 }
 
-Known GelFactor(const Known& n_gel, double n_skin, double view_angle_deg, double reflectance) {
-  const GelParts parts = GelPartsOf(n_gel.value, n_skin, view_angle_deg, reflectance);
+Known GelFactor(const Known& n_gel, double n_skin, const RigAngles& angles, double reflectance) {
+  const GelParts parts = GelPartsOf(n_gel.value, n_skin, angles, reflectance);
   const auto total = [&](double n) {
-    const GelParts p = GelPartsOf(n, n_skin, view_angle_deg, reflectance);
+    const GelParts p = GelPartsOf(n, n_skin, angles, reflectance);
     return p.faces * p.within;
   };
   const double by_index = 0.5 * (total(n_gel.value + n_gel.sigma) - total(n_gel.value - n_gel.sigma));
-  return {parts.faces * parts.within, std::hypot(by_index, 0.5 * (parts.within - 1.0))};
+  return {parts.faces * parts.within, std::hypot(by_index, kWithinUncertainty * (parts.within - 1.0))};
+}
+
+double AnglesFactor(const RigAngles& angles, double n_skin) {
+  const RigAngles model;
+  const auto both = [&](const RigAngles& a) {
+    return BareTransmittance(a.light_deg, n_skin) * BareTransmittance(a.view_deg, n_skin);
+  };
+  return both(angles) / both(model);
 }
 
 }  // namespace dermap

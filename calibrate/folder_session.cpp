@@ -25,6 +25,7 @@ RigConfig ReadFolderRig(TomlTable& file, const fs::path& folder) {
   }
   rig.window_mm = file.Number("window_mm", rig.window_mm, 0.5, 100.0);
   rig.view_angle_deg = file.Number("view_angle_deg", rig.view_angle_deg, 0.0, 80.0);
+  rig.light_angle_deg = file.Number("light_angle_deg", rig.light_angle_deg, 0.0, 80.0);
   const std::string csv = file.String("spectralon_csv", "");
   if (!csv.empty())
     rig.spectralon_csv = fs::exists(folder / csv) ? fs::absolute(folder / csv) : fs::path(csv);

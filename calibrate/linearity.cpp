@@ -16,7 +16,6 @@ constexpr int kCardMargin_px = 16;        // cards are larger than the region in
 constexpr double kFaintest_dn = 20.0;     // mean of the card, below which a kind is not used
 constexpr double kSaturatedKind = 0.005;  // share of a kind's photosites
 constexpr double kOutlier = 0.2;          // of the mean, and its inverse: dead photosites, specks
-constexpr double kBlackDrift_dn = 0.1;    // of a frame's offset against its black frame's
 constexpr int kFewestCells = 64;
 constexpr double kMostPhotosites = 4e5;  // of a frame, about
 constexpr int kRounds = 4;

@@ -8,10 +8,14 @@
 #include <climits>
 #include <cmath>
 #include <memory>
+#include <optional>
+#include <span>
 #include <string_view>
 #include <system_error>
 #include <vector>
 
+#include "calibrate/lossless_jpeg.h"
+#include "calibrate/strips.h"
 #include "calibrate/unpack_bits.h"
 #include "common/core/error.h"
 #include "common/files/atomic_file.h"
@@ -32,19 +36,28 @@ constexpr unsigned kMaxRawMegabytes = 1024;
                    "it from the camera again");
 }
 
-// LibRaw with a quick way through DNG files whose values are packed without compression (12 bits, mostly):
-// LibRaw's own, packed_dng_load_raw, asks its stream for one byte after another, which takes 25 times as
-// long. All else (levels, covered margins, sizes) stays LibRaw's.
-class PackedRaw : public LibRaw {
+// LibRaw with quick ways through DNG files whose values are packed without compression (12 bits, mostly), and
+// through Canon's lossless JPEG: LibRaw's own ask their stream for one byte after another, which takes 25 and
+// 8 times as long. All else (levels, covered margins, sizes) stays LibRaw's.
+class QuickRaw : public LibRaw {
  public:
-  // Between open_*() and unpack(): puts the quick decoder in the place of LibRaw's where it reads the file
+  explicit QuickRaw(std::span<const std::byte> file)
+      : file_(reinterpret_cast<const std::uint8_t*>(file.data()), file.size()) {}
+  // Between open_*() and unpack(): puts a quick decoder in the place of LibRaw's where it reads the file
   // alike.
   void DecodeQuickly();
 
  private:
+  using Decoder = void (LibRaw::*)();
+  bool Packed() const;
+  void OpenJpeg();
   void LoadPacked();
+  void LoadJpeg();
 
-  void (LibRaw::*slow_)() = nullptr;
+  std::span<const std::uint8_t> file_;
+  std::optional<LosslessJpeg> jpeg_;
+  StripLayout strips_;
+  Decoder slow_ = nullptr;
 };
 
 bool IsIdentity(const std::uint16_t* curve, int bits) {
@@ -54,20 +67,59 @@ bool IsIdentity(const std::uint16_t* curve, int bits) {
   return true;
 }
 
-void PackedRaw::DecodeQuickly() {
-  const auto& data = libraw_internal_data.unpacker_data;
+void QuickRaw::DecodeQuickly() {
   libraw_decoder_info_t decoder{};
   if (get_decoder_info(&decoder) != LIBRAW_SUCCESS || decoder.decoder_name == nullptr) return;
-  const bool packed = std::string_view(decoder.decoder_name) == "packed_dng_load_raw()" &&
-                      data.tiff_samples == 1 && data.tile_length >= static_cast<unsigned>(INT_MAX);
-  const auto bits = static_cast<int>(data.tiff_bps);
-  if (!packed || bits < kFewestPackedBits || bits > kMostPackedBits) return;
+  const std::string_view name = decoder.decoder_name;
   slow_ = load_raw;
-  load_raw = static_cast<void (LibRaw::*)()>(&PackedRaw::LoadPacked);
+  if (name == "packed_dng_load_raw()" && Packed()) load_raw = static_cast<Decoder>(&QuickRaw::LoadPacked);
+  if (name == "lossless_jpeg_load_raw()") OpenJpeg();
+  if (jpeg_) load_raw = static_cast<Decoder>(&QuickRaw::LoadJpeg);
+}
+
+bool QuickRaw::Packed() const {
+  const auto& data = libraw_internal_data.unpacker_data;
+  const auto bits = static_cast<int>(data.tiff_bps);
+  return data.tiff_samples == 1 && data.tile_length >= static_cast<unsigned>(INT_MAX) &&
+         bits >= kFewestPackedBits && bits <= kMostPackedBits;
+}
+
+// What LibRaw places otherwise than in strips that fill the sensor is left to it: interlaced rows, and the
+// EOS-1D Mark III, whose rows begin two photosites off.
+void QuickRaw::OpenJpeg() {
+  constexpr int kShiftedRows = 3984;
+  const auto& data = libraw_internal_data.unpacker_data;
+  const auto& sizes = imgdata.sizes;
+  if (data.load_flags != 0 || sizes.raw_width == kShiftedRows || data.data_offset < 0 ||
+      static_cast<std::uint64_t>(data.data_offset) >= file_.size())
+    return;
+  const int before = data.cr2_slice[0];
+  strips_ = before == 0 ? StripLayout{1, 0, sizes.raw_width, sizes.raw_height}
+                        : StripLayout{before + 1, data.cr2_slice[1], data.cr2_slice[2], sizes.raw_height};
+  if ((strips_.strips - 1) * strips_.width + strips_.last_width != sizes.raw_width) return;
+  jpeg_ = LosslessJpeg::Open(file_.subspan(static_cast<std::size_t>(data.data_offset)));
+  if (jpeg_ && !Fills(*jpeg_, strips_)) jpeg_.reset();
+}
+
+// Called by unpack(), which has allocated the values, and goes by load_raw when it looks for covered margins.
+void QuickRaw::LoadJpeg() {
+  load_raw = slow_;
+  std::uint16_t* values = imgdata.rawdata.raw_image;
+  if (values == nullptr) return (this->*slow_)();
+  const std::size_t pitch = imgdata.sizes.raw_pitch / sizeof(*values);
+  if (!DecodeStrips(*jpeg_, strips_, pitch, values))
+    return derror();  // as LibRaw does where data are damaged
+  const std::uint16_t* curve = imgdata.color.curve;
+  if (IsIdentity(curve, jpeg_->shape().bits)) return;
+  for (int y = 0; y < imgdata.sizes.raw_height; ++y) {
+    std::uint16_t* row = values + static_cast<std::size_t>(y) * pitch;
+    for (int x = 0; x < imgdata.sizes.raw_width; ++x) row[x] = curve[row[x]];
+  }
 }
 
 // Called by unpack(), which has allocated the values and stands at their place in the file.
-void PackedRaw::LoadPacked() {
+void QuickRaw::LoadPacked() {
+  load_raw = slow_;
   std::uint16_t* values = imgdata.rawdata.raw_image;
   if (values == nullptr) return (this->*slow_)();
   const auto& sizes = imgdata.sizes;
@@ -171,7 +223,8 @@ BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
   // From memory: by name LibRaw asks a stream for every byte, which takes longer than decoding.
   std::vector<std::byte> bytes = ReadBinaryFile(path);
   if (!SurvivesLibRaw(bytes)) Fail(path, "damaged where it names its camera");
-  const auto raw = std::make_unique<PackedRaw>();  // some hundred kilobytes: too large for a thread's stack
+  const auto raw =
+      std::make_unique<QuickRaw>(bytes);  // some hundred kilobytes: too large for a thread's stack
   int data_errors = 0;
   raw->set_dataerror_handler(CountDataError, &data_errors);
   raw->imgdata.params.max_raw_memory_mb = kMaxRawMegabytes;

@@ -10,11 +10,9 @@ namespace {
 
 constexpr double kClear_px = 5.0;  // from the window's edge: the lens blurs skin into nearer tape
 constexpr int kRounds = 4;
+constexpr double kKnownTape = 1e-6;      // reflectance: a sigma of 0 is taken for this
 constexpr int kFewest = 100;             // photosites of tape
 constexpr double kMostPhotosites = 2e5;  // of a mosaic that are looked at, about
-// What is expected of a lens, one standard deviation: where the frame is dark the tape says little, and what
-// it says is believed no more than that.
-constexpr double kUsualShare = 0.02;
 
 struct TapeSums {
   OfKinds skin{}, spectralon{}, count{};
@@ -46,7 +44,8 @@ TapeSums SumTape(const Mosaic& mosaic, const Window& window) {
 }  // namespace
 
 StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const FrameMeans& means,
-                              const GrayCardRatio& card, double certificate, const Known& tape_reflectance) {
+                              const GrayCardRatio& card, double certificate,
+                              const std::optional<Known>& tape_reflectance, const Known& expected) {
   const TapeSums tape = SumTape(mosaic, window);
   double skin = 0, white = 0, skin_mean = 0, white_mean = 0, count = 0;
   for (int i = 0; i < kMostKinds; ++i) {
@@ -57,17 +56,22 @@ StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const 
     count += tape.count[i];
   }
   StrayLight result;
+  result.share = expected;
   result.card_ratio = card.ratio;
-  if (count < kFewest || !(white > 0.0)) return result;
-  result.tape = certificate / card.ratio * skin / white;
+  const bool seen = count >= kFewest && white > 0.0;
+  if (seen) result.tape = certificate / card.ratio * skin / white;
+  const Known tape_is = tape_reflectance.value_or(Known{});
   for (int round = 0; round < kRounds; ++round) {
     const double scale = certificate / result.card_ratio;
-    const double per_share = scale * skin_mean - tape_reflectance.value * white_mean;
-    if (!(per_share > 0.0)) return result;
-    const double measured = std::max(0.0, (scale * skin - tape_reflectance.value * white) / per_share);
-    const double sigma = tape_reflectance.sigma * white / per_share;
-    const double belief = kUsualShare * kUsualShare / (kUsualShare * kUsualShare + sigma * sigma);
-    result.share = {belief * measured, kUsualShare * std::sqrt(1.0 - belief)};
+    const double per_share = scale * skin_mean - tape_is.value * white_mean;
+    if (seen && tape_reflectance && per_share > 0.0) {
+      const double measured = std::max(0.0, (scale * skin - tape_is.value * white) / per_share);
+      const double sigma = std::max(tape_is.sigma, kKnownTape) * white / per_share;
+      const double belief =
+          expected.sigma * expected.sigma / (expected.sigma * expected.sigma + sigma * sigma);
+      result.share = {expected.value + belief * (measured - expected.value),
+                      expected.sigma * std::sqrt(1.0 - belief)};
+    }
     OfKinds off_skin{}, off_white{};
     for (int i = 0; i < kMostKinds; ++i) {
       off_skin[i] = result.share.value * means.skin[i];

@@ -1,9 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Light that the lens spreads evenly over the frame, told by the black tape around the window, whose
-// reflectance the rig states.
+// reflectance the rig states, and by what the rig states of the lens.
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "calibrate/gray_card.h"
 #include "calibrate/mosaic.h"
@@ -27,10 +28,14 @@ struct StrayLight {
 // brighter than it is:
 //   scale (skin - share mean_skin) = tape (spectralon - share mean_spectralon),
 // scale = certificate / card ratio, itself freed of stray light. A frame that is dark but for a small window
-// tells little: the share is then drawn towards none, and its sigma says how much is left open. Where no tape
-// is seen, share is 0.
+// tells little: the share is then drawn towards what was `expected` beforehand, and its sigma says how much
+// is left open. Where no tape is seen, or nothing known of it, that is all.
 StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const FrameMeans& means,
-                              const GrayCardRatio& card, double certificate, const Known& tape_reflectance);
+                              const GrayCardRatio& card, double certificate,
+                              const std::optional<Known>& tape_reflectance, const Known& expected);
+
+// Of a lens of which nothing else is known.
+inline constexpr Known kUsualStrayLight{0.0, 0.02};
 
 // Takes it off both frames.
 void RemoveStrayLight(double share, const FrameMeans& means, Mosaic& mosaic);

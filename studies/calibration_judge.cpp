@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 
 namespace dermap {
 namespace {
@@ -94,46 +95,89 @@ double Chi2(const ReflectanceStack& stack, std::size_t band, const PlaneF& truth
   return sum / std::max(1.0, count);
 }
 
+struct FieldMean {
+  double reflectance = 0.0;
+  double variance = 0.0;  // as if each pixel's noise were its own
+};
+
+// A field of the pattern of steps, without its border.
+FieldMean MeanOfField(const ReflectanceStack& stack, std::size_t band, int field, int fields) {
+  const int columns = 4;
+  const int rows = fields / columns, size = stack.valid.width();
+  const int column = field % columns, row = field / columns;
+  const PlaneF &plane = stack.reflectance[band], &sigma = stack.sigma[band];
+  FieldMean mean;
+  double count = 0.0;
+  for (int y = row * size / rows + kFieldMargin_px; y < (row + 1) * size / rows - kFieldMargin_px; ++y) {
+    for (int x = column * size / columns + kFieldMargin_px;
+         x < (column + 1) * size / columns - kFieldMargin_px; ++x) {
+      if (stack.valid(x, y) == 0.0f || std::isnan(plane(x, y))) continue;
+      mean.reflectance += plane(x, y);
+      mean.variance += double(sigma(x, y)) * sigma(x, y);
+      count += 1.0;
+    }
+  }
+  mean.reflectance /= std::max(1.0, count);
+  mean.variance /= std::max(1.0, count * count);
+  return mean;
+}
+
+// So many neighbours have one draw of the noise between them.
+double PixelsPerDraw(const NoiseCorrelation& correlation) {
+  const auto sum = [](const std::vector<double>& from_zero) {
+    return 2.0 * std::accumulate(from_zero.begin(), from_zero.end(), 0.0) - from_zero[0];
+  };
+  return sum(correlation.along_x) * sum(correlation.along_y);
+}
+
+// Relative, of what is one number for a session's band: the flash by the gray card, and the nonlinearity,
+// which leaves Spectralon alone and is stated for the band's median.
+double SharedSigma(const BandCalibration& band, double patch) {
+  double square = 0.0;
+  for (const StepRecord& step : band.steps) {
+    if (step.step == Step::kFlashDrift) square += step.sigma * step.sigma;
+    if (step.step == Step::kLinearity)
+      square += std::pow(step.sigma * (1.0 - patch) / (1.0 - band.median_reflectance), 2);
+  }
+  return std::sqrt(square);
+}
+
 }  // namespace
 
 Shot ShotOf(const FrameRecord& record) {
   return {record.role, record.slot, record.exposure_ms, record.iso, record.number};
 }
 
-std::vector<double> PatchErrors(const CalibrationResult& result, const std::vector<double>& patches) {
-  const int columns = 4;
-  const int rows = static_cast<int>(patches.size()) / columns;
-  const int size = result.stack.valid.width();
-  std::vector<double> errors;
-  for (const PlaneF& plane : result.stack.reflectance) {
+std::vector<PatchError> PatchErrors(const CalibrationResult& result, const std::vector<double>& patches) {
+  std::vector<PatchError> errors;
+  std::size_t k = 0;
+  for (const BandCalibration& band : result.bands) {
+    if (band.dropped) continue;
     for (std::size_t field = 0; field < patches.size(); ++field) {
-      const int column = static_cast<int>(field) % columns, row = static_cast<int>(field) / columns;
-      double sum = 0.0;
-      int count = 0;
-      for (int y = row * size / rows + kFieldMargin_px; y < (row + 1) * size / rows - kFieldMargin_px; ++y) {
-        for (int x = column * size / columns + kFieldMargin_px;
-             x < (column + 1) * size / columns - kFieldMargin_px; ++x) {
-          if (result.stack.valid(x, y) == 0.0f || std::isnan(plane(x, y))) continue;
-          sum += plane(x, y);
-          ++count;
-        }
-      }
-      errors.push_back(sum / std::max(1, count) - patches[field]);
+      const FieldMean mean =
+          MeanOfField(result.stack, k, static_cast<int>(field), static_cast<int>(patches.size()));
+      const double shared = patches[field] * SharedSigma(band, patches[field]);
+      const double own = std::sqrt(mean.variance * PixelsPerDraw(band.correlation));
+      errors.push_back({mean.reflectance - patches[field], std::hypot(own, shared)});
     }
+    ++k;
   }
   return errors;
 }
 
-void JudgePatches(const std::vector<std::vector<double>>& sessions, const std::vector<double>& patches,
+void JudgePatches(const std::vector<std::vector<PatchError>>& sessions, const std::vector<double>& patches,
                   CalibrationStudyRig& rig) {
+  const double all = static_cast<double>(sessions.size() * sessions[0].size());
   for (std::size_t i = 0; i < sessions[0].size(); ++i) {
     const double patch = patches[i % patches.size()];
     const bool mid_gray = patch == 0.18 || patch == 0.5;
     double mean = 0.0;
-    for (const std::vector<double>& errors : sessions) {
-      mean += errors[i] / static_cast<double>(sessions.size());
-      rig.error_once = std::max(rig.error_once, std::abs(errors[i]));
-      if (mid_gray) rig.error_mid_gray_once = std::max(rig.error_mid_gray_once, std::abs(errors[i]));
+    for (const std::vector<PatchError>& errors : sessions) {
+      const double error = errors[i].error;
+      mean += error / static_cast<double>(sessions.size());
+      rig.error_once = std::max(rig.error_once, std::abs(error));
+      if (mid_gray) rig.error_mid_gray_once = std::max(rig.error_mid_gray_once, std::abs(error));
+      rig.chi2_once += std::pow(error / errors[i].sigma, 2) / all;
     }
     rig.bias = std::max(rig.bias, std::abs(mean));
     if (mid_gray) rig.bias_mid_gray = std::max(rig.bias_mid_gray, std::abs(mean));

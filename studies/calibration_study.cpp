@@ -11,7 +11,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kVersion = 3;  // of what is drawn and judged: older points are not gone on with
+constexpr int kVersion = 4;  // of what is drawn and judged: older points are not gone on with
 
 // `best`: the value to be near to.
 MedianAndWorst Summary(const std::vector<CalibrationStudyRig>& rigs,
@@ -61,6 +61,12 @@ CalibrationStudy RunCalibrationStudy(const std::filesystem::path& folder,
   study.bias_mid_gray = Summary(study.rigs, [](const auto& r) { return r.bias_mid_gray; });
   study.error_once = Summary(study.rigs, [](const auto& r) { return r.error_once; });
   study.error_mid_gray_once = Summary(study.rigs, [](const auto& r) { return r.error_mid_gray_once; });
+  study.chi2_once = Summary(
+      study.rigs, [](const auto& r) { return r.chi2_once; }, 1.0);
+  for (const auto& rig : study.rigs) {
+    if (rig.failure.empty())
+      study.chi2_once_mean += rig.chi2_once / double(static_cast<int>(study.rigs.size()) - study.failures);
+  }
   study.chi2_per_dof = Summary(
       study.rigs, [](const auto& r) { return r.chi2_per_dof; }, 1.0);
   study.chi2_sharp = Summary(

@@ -29,8 +29,9 @@ struct MedianAndWorst {
 struct CalibrationStudy {
   CalibrationStudyOptions options;
   std::vector<CalibrationStudyRig> rigs;
-  MedianAndWorst bias, bias_mid_gray, error_once, error_mid_gray_once, chi2_per_dof, chi2_sharp,
+  MedianAndWorst bias, bias_mid_gray, error_once, error_mid_gray_once, chi2_once, chi2_per_dof, chi2_sharp,
       alignment_error_px, window_error_px, dropped_bands;
+  double chi2_once_mean = 0;  // over all rigs: a rig has but six draws of the gray card
   int failures = 0;
   int resumed = 0;                            // rigs taken over from an earlier run
   int within_chi2 = 0, within_alignment = 0;  // rigs within the limits

@@ -131,6 +131,7 @@ RigConfig ReadRigTable(TomlTable& file) {
   if (auto geometry = file.Table("geometry")) {
     rig.window_mm = geometry->Number("window_mm", rig.window_mm, 0.5, 100.0);
     rig.view_angle_deg = geometry->Number("view_angle_deg", rig.view_angle_deg, 0.0, 80.0);
+    rig.light_angle_deg = geometry->Number("light_angle_deg", rig.light_angle_deg, 0.0, 80.0);
     geometry->Finish();
   }
   if (auto references = file.Table("references")) ReadReferences(*references, rig);

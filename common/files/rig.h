@@ -34,6 +34,7 @@ struct RigConfig {
   std::vector<WheelSlot> slots;  // ascending slot
   double window_mm = 7.5;        // side of the square cut into the tape
   double view_angle_deg = 30.0;  // between the camera's axis and the skin's normal
+  double light_angle_deg = 0.0;  // between the flash's axis and the skin's normal
   // Relative to the config directory; absolute where the rig's own folder has it.
   std::filesystem::path spectralon_csv = "spectra/spectralon_99_labsphere.csv";
   double gray_card_reflectance = 0.30;

@@ -10,6 +10,7 @@ namespace dermap {
 namespace {
 
 constexpr double kTapeSigma = 0.005;
+constexpr double kStrayLightSigma = 0.001;
 constexpr double kGelSigma = 0.01;
 
 std::optional<Known> OptionalKnown(TomlTable& table, const std::string& key, double default_sigma,
@@ -24,6 +25,7 @@ void ReadCalibration(TomlTable& table, RigOptics& optics) {
   optics.certificate.value = table.Number("certificate_factor", optics.certificate.value, 0.5, 2.0);
   optics.certificate.sigma = table.Number("certificate_sigma", optics.certificate.sigma, 0.0, 0.5);
   optics.tape_reflectance = OptionalKnown(table, "tape_reflectance", kTapeSigma, 0.0, 0.5);
+  optics.stray_light = OptionalKnown(table, "stray_light", kStrayLightSigma, 0.0, 0.5);
   optics.nonlinearity = OptionalKnown(table, "nonlinearity", 0.0, -0.5, 0.5);
   optics.window_sigma_mm = table.Number("window_sigma_mm", optics.window_sigma_mm, 0.0, 5.0);
   optics.distortion_k1 = table.Number("distortion_k1", 0.0, -0.3, 0.3);
@@ -89,6 +91,7 @@ void AddRigOptics(const RigOptics& optics, nlohmann::json& rig) {
   if (optics.certificate.sigma != fallback.certificate.sigma)
     table["certificate_sigma"] = optics.certificate.sigma;
   add("tape_reflectance", optics.tape_reflectance);
+  add("stray_light", optics.stray_light);
   add("nonlinearity", optics.nonlinearity);
   if (optics.window_sigma_mm != fallback.window_sigma_mm) table["window_sigma_mm"] = optics.window_sigma_mm;
   if (optics.distortion_k1 != 0.0) table["distortion_k1"] = optics.distortion_k1;

@@ -33,6 +33,7 @@ struct PolarizationConfig {
 struct RigOptics {
   Known certificate{1.0, 0.005};          // factor on the panel's certificate; its uncertainty, relative
   std::optional<Known> tape_reflectance;  // tells the stray light
+  std::optional<Known> stray_light;       // share of a frame's light that the lens spreads over it
   std::optional<Known> nonlinearity;      // light = signal (1 + nonlinearity signal / full scale)
   double window_sigma_mm = 0.05;          // how well the window's side is known
   double distortion_k1 = 0.0;  // radius r of the frame's half diagonal appears at r (1 + k1 r^2 + k2 r^4)

@@ -57,6 +57,7 @@ json RigToJson(const RigConfig& rig) {
        {{"spectralon_csv", PortablePath(rig.spectralon_csv)},
         {"gray_card_reflectance", rig.gray_card_reflectance},
         {"gray_card_region", rig.gray_card_region}}}};
+  if (rig.light_angle_deg != 0.0) result["geometry"]["light_angle_deg"] = rig.light_angle_deg;
   RigOptics optics = rig.optics;
   for (fs::path* csv : {&optics.camera_csv, &optics.flash_csv}) *csv = PortablePath(*csv);
   AddRigOptics(optics, result);

@@ -22,9 +22,21 @@ struct CameraFile {
   std::array<int, 4> black{};  // of red, green, green, blue; where the format has a place
   int orientation = 1;
   bool dng = false;
+  std::uint32_t compression = 1;       // TIFF's number; 1 is none
   std::vector<std::uint32_t> curve{};  // of a DNG: what each stored number means; empty: itself
 };
 
+// A DNG of this height and width in tiles, each a lossless JPEG of two components, as Adobe's converter has
+// it.
+std::vector<std::byte> EncodeLosslessDng(const Plane<std::uint16_t>& photosites, CameraFile file,
+                                         int tile_width);
+// Nikon's lossless compression of 12 or 14 bits: differences to the photosite of the same colour on the left,
+// in a code of Nikon's own that no file states.
+std::vector<std::byte> EncodeLosslessNef(const Plane<std::uint16_t>& photosites, CameraFile file);
+// Sony's compression: 16 photosites of a colour in 16 bytes, the largest and the smallest of them with 11
+// bits, the others as their distance from the smallest with 7. Lossless where they lie less than 128 steps of
+// 2 apart.
+std::vector<std::byte> EncodeCompressedArw(const Plane<std::uint16_t>& photosites, CameraFile file);
 // Nikon: big-endian, uncompressed; 12 bits packed, or 14 bits in 16. The black level is in the maker note.
 std::vector<std::byte> EncodeNef(const Plane<std::uint16_t>& photosites, const CameraFile& file);
 // Sony: little-endian, uncompressed, 14 bits in 16.

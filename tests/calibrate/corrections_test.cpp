@@ -14,6 +14,10 @@
 namespace dermap {
 namespace {
 
+void OneBand(PlanConfig& plan) {
+  plan.exposures = {plan.exposures[3]};
+}
+
 // [D08 6.4]: (1 - 0.0527) / (1 - 0.1996) = 1.18353 with the weaker position, (1 + 0.0527) / (1 + 0.1996) =
 // 0.87754 with the stronger one.
 TEST(PolarizationFactor, IsThePapersQuotient) {
@@ -31,10 +35,21 @@ TEST(PolarizationFactor, IsThePapersQuotient) {
   EXPECT_EQ(PolarizationFactor(config, 550.0).sigma, 0.0);
 }
 
+// By hand: 1 / (1 - 0.1996) = 1.24938 beside skin's own light, 1 / (1 - 0.0527) = 1.05563 where that is left
+// as it is.
+TEST(LeakInReflectance, IsNoLightThatSkinHasScattered) {
+  PolarizationConfig config;
+  config.sign = -1;
+  EXPECT_NEAR(LeakInReflectance(config, 550.0, true), 1.24938, 1e-5);
+  EXPECT_NEAR(LeakInReflectance(config, 550.0, false), 1.05563, 1e-5);
+  config.sign = 0;
+  EXPECT_EQ(LeakInReflectance(config, 550.0, true), 1.0);
+}
+
 // A film of air's or of skin's own index is no film.
 TEST(GelFactor, IsOneForAFilmThatIsNone) {
   for (const double n : {1.0, 1.4}) {
-    EXPECT_NEAR(GelFactor({n, 0.0}, 1.4, 30.0, 0.4).value, 1.0, 2e-4) << n;
+    EXPECT_NEAR(GelFactor({n, 0.0}, 1.4, {0.0, 30.0}, 0.4).value, 1.0, 2e-4) << n;
   }
 }
 
@@ -42,18 +57,54 @@ TEST(GelFactor, IsOneForAFilmThatIsNone) {
 // 2.74)^2) / (1 - product) = 0.97843; twice that quotient for black skin, where nothing goes back and forth.
 TEST(GelFactor, IsTheQuotientOfTheFacesForBlackSkin) {
   const double quotient = 0.97222 / 0.97843;
-  EXPECT_NEAR(GelFactor({1.34, 0.0}, 1.4, 0.0, 0.0).value, quotient * quotient, 1e-4);
-  EXPECT_GT(GelFactor({1.34, 0.02}, 1.4, 30.0, 0.4).sigma, 5e-4);
+  EXPECT_NEAR(GelFactor({1.34, 0.0}, 1.4, {0.0, 0.0}, 0.0).value, quotient * quotient, 1e-4);
+  EXPECT_GT(GelFactor({1.34, 0.02}, 1.4, {0.0, 30.0}, 0.4).sigma, 5e-4);
+}
+
+// By hand, Fresnel's formulas at 30 degrees in air: bare, cos 0.866025 goes on at 0.934050, s (0.441644
+// / 2.173695)^2 = 0.041281, p (0.278386 / 2.146485)^2 = 0.016820, so 1 - 0.029051 = 0.970949 gets through.
+// Into gel, at 0.927777, 0.031980 and 0.012417, mean 0.022199; from there into skin 0.000638 and 0.000343,
+// mean 0.000491; both faces (1 - 0.022199) (1 - 0.000491) / (1 - 0.022199 * 0.000491) = 0.977332. At 45
+// degrees 0.963421 and 0.970706, along the normal 0.972222 and 0.978429. Light and camera may be exchanged.
+TEST(GelFactor, TakesTheFacesAtTheRigsOwnAngles) {
+  const double at_0 = 0.972222 / 0.978429, at_30 = 0.970949 / 0.977332, at_45 = 0.963421 / 0.970706;
+  const auto factor = [](double light_deg, double view_deg) {
+    return GelFactor({1.34, 0.0}, 1.4, {light_deg, view_deg}, 0.0).value;
+  };
+  EXPECT_NEAR(factor(0.0, 30.0), at_0 * at_30, 3e-6);
+  EXPECT_NEAR(factor(30.0, 0.0), at_0 * at_30, 3e-6);
+  EXPECT_NEAR(factor(30.0, 30.0), at_30 * at_30, 3e-6);
+  EXPECT_NEAR(factor(45.0, 0.0), at_0 * at_45, 3e-6);
+}
+
+// The same numbers: bare skin seen at 45/0 in place of 0/30 is darker by 0.963421 / 0.970949.
+TEST(AnglesFactor, IsTheQuotientOfTheBareFaces) {
+  EXPECT_EQ(AnglesFactor({0.0, 30.0}, 1.4), 1.0);
+  EXPECT_NEAR(AnglesFactor({30.0, 0.0}, 1.4), 1.0, 1e-12);
+  EXPECT_NEAR(AnglesFactor({45.0, 0.0}, 1.4), 0.963421 / 0.970949, 2e-6);
+}
+
+// A rig's own angles reach the step: the same frames, told that light falls at 45 degrees. Expected: the
+// quotient of the two factors by hand, above; what goes back and forth changes it by less than 2e-4.
+TEST(GelFactor, FollowsTheRigsLight) {
+  SimulatedSession simulated("gray_50.toml", {}, OneBand);
+  RigConfig& rig = simulated.session().rig;
+  rig.optics.gel = Known{1.34, 0.0};
+  const auto upright = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+  rig.light_angle_deg = 45.0;
+  rig.view_angle_deg = 30.0;
+  const auto slanting = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+  const double quotient = (0.963421 / 0.970706) / (0.972222 / 0.978429);
+  EXPECT_NEAR(slanting.bands[0].median_reflectance / upright.bands[0].median_reflectance, quotient, 2e-4);
+  // 0.963421 / 0.972222 is 0.9 % below 1.
+  EXPECT_THAT(slanting.notes, ::testing::Contains(::testing::HasSubstr("0.9")));
+  EXPECT_THAT(upright.notes, ::testing::Not(::testing::Contains(::testing::HasSubstr("camera at"))));
 }
 
 TEST(Steps, AreFoundByName) {
   for (std::size_t i = 0; i < kStepNames.size(); ++i)
     EXPECT_EQ(StepFromName(kStepNames[i]), static_cast<Step>(i));
   EXPECT_FALSE(StepFromName("blakc"));
-}
-
-void OneBand(PlanConfig& plan) {
-  plan.exposures = {plan.exposures[3]};
 }
 
 struct Effect {
@@ -78,9 +129,22 @@ TEST(Steps, EachMendsItsOwnEffect) {
        [](RigOptics& o) {
          o.tape_reflectance = Known{0.03, 0.0003};
        }},
+      {"stray light that the rig states", Step::kStrayLight, 0.003,
+       [](BenchConfig& b) { b.stray_light = 0.03; },
+       [](RigOptics& o) {
+         o.stray_light = Known{0.03, 0.001};
+       }},
       {"leak", Step::kLeak, 0.015, [](BenchConfig& b) { b.polarizer_leak = 0.02; },
        [](RigOptics& o) {
          o.polarization = PolarizationConfig{};
+         o.polarization->leak = {0.02, 0.002};
+       }},
+      // The leak is no light that skin has scattered: 0.02 of white is 0.02 / (1 - 0.1996) of skin.
+      {"leak through the weaker position", Step::kLeak, 0.02,
+       [](BenchConfig& b) { b.polarizer_leak = 0.02, b.polarizer_sign = -1; },
+       [](RigOptics& o) {
+         o.polarization = PolarizationConfig{};
+         o.polarization->sign = -1;
          o.polarization->leak = {0.02, 0.002};
        }},
       {"nonlinearity", Step::kLinearity, 0.003, [](BenchConfig& b) { b.nonlinearity = 0.05; },
@@ -125,6 +189,29 @@ TEST(Steps, StrayLightIsMendedUnderEveryFilterPattern) {
     EXPECT_NEAR(with.bands[0].median_reflectance, 0.5, 0.0015) << int(filters);
     EXPECT_GT(std::abs(without.bands[0].median_reflectance - 0.5), 0.003) << int(filters);
   }
+}
+
+// What is known beforehand and what the tape says, by inverse variance. By hand: a tape known to 0.005 of a
+// frame whose mean is half of Spectralon's tells the share to 0.005 / (0.5 - 0.03) or so, 0.011; stated to
+// 0.001 it stays where it was stated, within 0.001 (0.001 / 0.011)^2 or so of it.
+TEST(Steps, StrayLightIsBelievedAsFarAsItIsKnown) {
+  const auto change = [](Scene& scene) { scene.bench.stray_light = 0.03; };
+  SimulatedSession simulated("gray_50.toml", change, OneBand);
+  RigOptics& optics = simulated.session().rig.optics;
+  const auto note = [&] {
+    for (const StepRecord& step :
+         CalibrateFrames(simulated.session(), simulated.Reader(), {}).bands[0].steps) {
+      if (step.step == Step::kStrayLight) return std::stod(step.note);
+    }
+    return 0.0;
+  };
+  optics.tape_reflectance = Known{0.03, 0.005};
+  optics.stray_light = Known{0.02, 0.001};
+  EXPECT_NEAR(note(), 2.0, 0.05);  // %
+  optics.stray_light = Known{0.02, 0.5};
+  EXPECT_NEAR(note(), 3.0, 0.3);  // the tape's own texture in it
+  optics.tape_reflectance.reset();
+  EXPECT_NEAR(note(), 2.0, 1e-6);
 }
 
 // Frames of two benches that differ in the polarizer's position alone; the bench's own amplitudes.

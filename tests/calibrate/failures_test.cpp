@@ -7,7 +7,6 @@
 #include <gtest/gtest.h>
 
 #include "calibrate/calibrate.h"
-#include "calibrate/check_picture.h"
 #include "tests/calibrate/simulated_session.h"
 
 namespace dermap {
@@ -135,18 +134,6 @@ TEST(Failures, NameADarkFrame) {
   const Failure failure = FailureOf(simulated.session(), simulated.Reader());
   EXPECT_THAT(failure.message, AllOf(HasSubstr("flash did not fire"), HasSubstr("lens cap")));
   EXPECT_TRUE(failure.picture);
-}
-
-// Two panels of 480 x 360 and a title of 24 for each band, two bands in a row; and something is drawn.
-TEST(CheckPicture, ShowsEveryBand) {
-  SimulatedSession simulated("checker.toml", {}, [](PlanConfig& plan) { plan.exposures.resize(3); });
-  const auto picture = CheckPicture(CalibrateFrames(simulated.session(), simulated.Reader(), {}));
-  EXPECT_EQ(picture.width(), 4 * 480);
-  EXPECT_EQ(picture.height(), 2 * 384);
-  int orange = 0;
-  for (const Rgb8& p : picture.values())
-    orange += p[0] > 200 && p[1] > 130 && p[1] < 200 && p[2] < 80 ? 1 : 0;
-  EXPECT_GT(orange, 500);  // the outlines of three windows
 }
 
 }  // namespace

@@ -45,7 +45,7 @@ std::string ErrorOf(const std::function<void()>& body) {
 // themselves.
 TEST_F(Foreign, RawFilesAreCalibratedByASmallToml) {
   SimulatedSession simulated("gray_50.toml", {}, [](PlanConfig& plan) { plan.exposures.resize(1); });
-  std::string toml = "gray_card_region = [0.80, 0.25, 0.14, 0.5]\n";
+  std::string toml = "gray_card_region = [0.80, 0.25, 0.14, 0.5]\nlight_angle_deg = 5\n";
   for (const FrameRecord& frame : simulated.session().frames) {
     DngMetadata metadata;
     metadata.exposure_ms = frame.exposure_ms;
@@ -58,6 +58,7 @@ TEST_F(Foreign, RawFilesAreCalibratedByASmallToml) {
   }
   WriteFileAtomically(folder_ / "files.toml", toml);
   const Session session = ReadFolderSession(folder_ / "files.toml");
+  EXPECT_EQ(session.rig.light_angle_deg, 5.0);
   ASSERT_EQ(session.frames.size(), 3u);
   EXPECT_EQ(session.frames[0].iso, 125);
   EXPECT_NEAR(session.frames[0].exposure_ms, 10.0, 1e-3);

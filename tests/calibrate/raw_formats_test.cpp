@@ -2,11 +2,13 @@
 // Cameras' own formats: the photosites that were written, in the filters' order, with the levels that the
 // file tells.
 #include <gtest/gtest.h>
+#include <libraw/libraw.h>
 
 #include <array>
 #include <numeric>
 
 #include "calibrate/raw_frame.h"
+#include "common/core/error.h"
 #include "common/files/atomic_file.h"
 #include "tests/calibrate/camera_files.h"
 #include "tests/common/files/temporary_folder.h"
@@ -89,6 +91,45 @@ TEST_F(RawFormats, DngOfEveryDepth) {
   ExpectSame(frame, photosites);
 }
 
+// DNG 1.4, compression 7: tiles of 40 photosites, the last one partly beyond the frame.
+TEST_F(RawFormats, DngOfLosslessTiles) {
+  for (const int bits : {12, 14, 16}) {
+    const auto photosites = Photosites(96, 64, bits);
+    const BayerFrame frame =
+        Read("a.dng", EncodeLosslessDng(photosites, {"Maker", "Camera", bits, {0, 1, 1, 2}, {100}}, 40));
+    ExpectSame(frame, photosites);
+    ExpectLevels(frame, {'R', 'G', 'G', 'B'}, 100.0, (1 << bits) - 1);
+  }
+}
+
+// The values written.
+TEST_F(RawFormats, NefOfLosslessCompression) {
+  for (const int bits : {12, 14}) {
+    const auto photosites = Photosites(96, 64, bits);
+    const BayerFrame frame =
+        Read("a.nef",
+             EncodeLosslessNef(
+                 photosites, {"NIKON CORPORATION", "NIKON D9999", bits, {0, 1, 1, 2}, {600, 600, 600, 600}}));
+    ExpectSame(frame, photosites);
+    ExpectLevels(frame, {'R', 'G', 'G', 'B'}, bits == 14 ? 600.0 : 150.0, (1 << bits) - 1);
+  }
+}
+
+// The values written: steps of 2 below 4096, each group of 16 within 126 steps, which is what 7 bits hold.
+TEST_F(RawFormats, ArwOfSonysCompression) {
+  Plane<std::uint16_t> photosites(96, 64);
+  for (int y = 0; y < 64; ++y) {
+    for (int x = 0; x < 96; ++x)
+      photosites(x, y) =
+          static_cast<std::uint16_t>(2 * (100 + 25 * y + 40 * (x % 2) + (7 * x + 3 * y) % 120));
+  }
+  const BayerFrame frame =
+      Read("a.arw",
+           EncodeCompressedArw(photosites, {"SONY", "ILCE-9999", 12, {0, 1, 1, 2}, {512, 512, 512, 512}}));
+  ExpectSame(frame, photosites);
+  EXPECT_EQ(frame.colours, (Colours{'R', 'G', 'G', 'B'}));
+}
+
 TEST_F(RawFormats, ArwInEachPhaseOfTheFilters) {
   const auto photosites = Photosites(96, 64, 14);
   const std::array<std::array<std::uint8_t, 4>, 4> phases{
@@ -130,6 +171,44 @@ TEST_F(RawFormats, Cr2WithCoveredMargins) {
   }
   EXPECT_EQ(frame.black_level, 131.0);
   EXPECT_EQ(frame.white_level, 4095);
+}
+
+// LibRaw's own decoder: the same values, margins and levels, for any layout of strips and any depth.
+TEST_F(RawFormats, Cr2AsLibRawReadsIt) {
+  for (const int bits : {12, 14}) {
+    for (const auto& [width, strip_width] : {std::pair{96, 0}, {96, 40}, {96, 48}, {100, 26}}) {
+      const auto bytes =
+          EncodeCr2(Photosites(width, 64, bits), {"Canon", "Canon EOS 9999D", bits}, strip_width);
+      const BayerFrame frame = Read("a.cr2", bytes);
+      LibRaw slow;
+      ASSERT_EQ(slow.open_file((folder_.path() / "a.cr2").c_str()), LIBRAW_SUCCESS);
+      ASSERT_EQ(slow.unpack(), LIBRAW_SUCCESS);
+      const auto& sizes = slow.imgdata.sizes;
+      ASSERT_TRUE(frame.values.SameShape(sizes.width, sizes.height)) << width << " " << strip_width;
+      EXPECT_EQ(frame.white_level, slow.imgdata.color.maximum);
+      for (int y = 0; y < sizes.height; ++y) {
+        const auto* row =
+            slow.imgdata.rawdata.raw_image + (y + sizes.top_margin) * sizes.raw_pitch / 2 + sizes.left_margin;
+        ASSERT_TRUE(std::equal(row, row + sizes.width, frame.values.Row(y)))
+            << bits << " bits, " << width << " wide, strips of " << strip_width << ", row " << y;
+      }
+    }
+  }
+}
+
+// By definition: data cut short are no frame, whoever decodes them.
+TEST_F(RawFormats, CompressedFilesCutShortAreRefused) {
+  const auto photosites = Photosites(96, 64, 12);
+  const std::vector<std::pair<const char*, std::vector<std::byte>>> files{
+      {"a.cr2", EncodeCr2(photosites, {"Canon", "Canon EOS 9999D", 12})},
+      {"a.dng", EncodeLosslessDng(photosites, {"Maker", "Camera", 12}, 48)},
+      {"a.nef", EncodeLosslessNef(photosites, {"NIKON CORPORATION", "NIKON D9999", 12})}};
+  for (const auto& [name, bytes] : files) {
+    for (const double share : {0.5, 0.9, 0.99}) {
+      const auto length = static_cast<std::ptrdiff_t>(share * double(bytes.size()));
+      EXPECT_THROW(Read(name, {bytes.begin(), bytes.begin() + length}), InputError) << name << " " << share;
+    }
+  }
 }
 
 }  // namespace

@@ -15,14 +15,16 @@
 namespace dermap {
 namespace {
 
-// By hand: errors of opposite sign are noise, those of one sign bias.
+// By hand: errors of opposite sign are noise, those of one sign bias; chi2 (4 + 1 + 1 + 4) / 4 of what is
+// said.
 TEST(JudgePatches, TellsBiasFromNoise) {
   CalibrationStudyRig rig;
-  JudgePatches({{0.002, 0.001}, {-0.001, 0.001}}, {0.18, 0.9}, rig);
+  JudgePatches({{{0.002, 0.001}, {0.001, 0.001}}, {{-0.001, 0.001}, {0.001, 0.0005}}}, {0.18, 0.9}, rig);
   EXPECT_DOUBLE_EQ(rig.bias, 0.001);
   EXPECT_DOUBLE_EQ(rig.bias_mid_gray, 0.0005);
   EXPECT_DOUBLE_EQ(rig.error_once, 0.002);
   EXPECT_DOUBLE_EQ(rig.error_mid_gray_once, 0.002);
+  EXPECT_DOUBLE_EQ(rig.chi2_once, 2.5);
 }
 
 TEST(CalibrationStudy, HoldsItsLimitsOnTwoRigsAndGoesOnWhereItWas) {
@@ -34,6 +36,10 @@ TEST(CalibrationStudy, HoldsItsLimitsOnTwoRigsAndGoesOnWhereItWas) {
   EXPECT_EQ(study.failures, 0);
   EXPECT_LT(study.bias.worst, kBiasLimit);
   EXPECT_LT(study.bias_mid_gray.worst, kMidGrayLimit);
+  // Errors of single sessions are as large as these say: chi2 of 12 draws of the gray card, and of 192
+  // fields.
+  EXPECT_GT(study.chi2_once_mean, 0.3);
+  EXPECT_LT(study.chi2_once_mean, 2.5);
   EXPECT_EQ(study.within_chi2, 2);
   EXPECT_EQ(study.within_alignment, 2);
   WriteCalibrationStudy(folder.path(), study);

@@ -60,6 +60,7 @@ TEST_F(RigTest, ReadsARigAndItsDefaults) {
   EXPECT_DOUBLE_EQ(rig.slots[2].wavelength_nm, 0);
   EXPECT_DOUBLE_EQ(rig.window_mm, 10);
   EXPECT_DOUBLE_EQ(rig.view_angle_deg, 30);
+  EXPECT_DOUBLE_EQ(rig.light_angle_deg, 0);
   EXPECT_DOUBLE_EQ(rig.gray_card_reflectance, 0.18);
   EXPECT_THAT(rig.gray_card_region, ElementsAre(0.1, 0.2, 0.3, 0.4));
   EXPECT_EQ(FindOpaqueSlot(rig)->slot, 9);

@@ -27,6 +27,7 @@ Session MakeSession(const std::filesystem::path& directory) {
   session.rig.name = "bench";
   session.rig.slots = {{1, 450.5, 8.5, false}, {9, 0.0, 0.0, true}};
   session.rig.window_mm = 6.25;
+  session.rig.light_angle_deg = 12.5;
   session.rig.gray_card_region = {0.1, 0.2, 0.3, 0.4};
   session.rig.simulated_scene = "scenes/x.toml";
   session.plan.subject = "S01";
@@ -66,6 +67,7 @@ TEST_F(SessionTest, ComesBackAsWritten) {
   EXPECT_EQ(read.rig.slots[0].wavelength_nm, 450.5);
   EXPECT_TRUE(read.rig.slots[1].opaque);
   EXPECT_EQ(read.rig.window_mm, 6.25);
+  EXPECT_EQ(read.rig.light_angle_deg, 12.5);
   EXPECT_EQ(read.rig.gray_card_region, written.rig.gray_card_region);
   EXPECT_EQ(read.rig.simulated_scene, "scenes/x.toml");
   EXPECT_EQ(read.rig.spectralon_csv, written.rig.spectralon_csv);
