@@ -154,7 +154,7 @@ FrameTaker::Verdict FrameTaker::Judge(Pending& pending) {
     v.problem = "is the file of frame " + std::to_string(copy) + " once more";
     return v;
   }
-  v.problem = WrongSettings(planned, check);
+  v.problem = WrongSettings(planned, check, light_.size());
   v.wrong_settings = !v.problem.empty();
   if (v.wrong_settings) return v;
   v.light = light_.Judge(planned, check);
