@@ -65,8 +65,7 @@ CardLevel ReadCard(const Mosaic& m, const std::array<double, 4>& region) {
 
 void Measure(Mosaic& m, FrameCheck& check) {
   auto& values = m.values;
-  check.width_px = m.width;
-  check.height_px = m.height;
+  check.size = {m.width, m.height};
   const auto saturated =
       std::count_if(values.begin(), values.end(), [&](int v) { return v >= m.white - kSaturationMargin_dn; });
   check.saturated_share = static_cast<double>(saturated) / static_cast<double>(values.size());

@@ -13,11 +13,16 @@ namespace dermap {
 // Mean level of the gray card's photosites, red, green, blue, as shares of the range above black.
 using CardLevel = std::array<double, 3>;
 
+struct FrameSize {  // of the active area
+  int width_px = 0;
+  int height_px = 0;
+  bool operator==(const FrameSize&) const = default;
+};
+
 struct FrameCheck {
   bool decodes = false;
   std::string problem;  // why it does not
-  int width_px = 0;
-  int height_px = 0;
+  FrameSize size;
   double saturated_share = 0.0;     // photosites within 2 DN of the white level
   double level = 0.0;               // 99th percentile of the photosites, as a share of the range above black
   CardLevel card{};                 // 0 where no region was given

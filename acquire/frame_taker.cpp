@@ -28,7 +28,8 @@ FrameTaker::FrameTaker(SessionFolder& folder, Station& station, const CaptureOpt
       options_(options),
       summary_(summary),
       stopwatch_(stopwatch),
-      wheel_(station.wheel(), stopwatch) {}
+      wheel_(station.wheel(), stopwatch),
+      setter_(station.camera(), stopwatch) {}
 
 void FrameTaker::Step(const std::string& what, const FrameRecord& frame) {
   if (options_.on_step) options_.on_step(what, &frame);
@@ -68,9 +69,7 @@ bool FrameTaker::Prepare(const FrameRecord& planned) {
   FrameTiming& timing = Timing();
   const CaptureSettings settings{planned.exposure_ms, planned.iso, planned.number};
   Step("move", planned);
-  timing.ready.start_s = stopwatch_.Now();
-  station_.camera().MakeReady(settings);  // while the wheel turns and the flash recycles
-  timing.ready.end_s = stopwatch_.Now();
+  timing.ready = setter_.Finish(settings);  // while the wheel turns and the flash recycles
   wheel_.Finish(planned.slot);
   timing.wheel = wheel_.TakeSpan();
   if (!flash_ready_) return true;
@@ -154,7 +153,7 @@ FrameTaker::Verdict FrameTaker::Judge(Pending& pending) {
     v.problem = "is the file of frame " + std::to_string(copy) + " once more";
     return v;
   }
-  v.problem = WrongSettings(planned, check);
+  v.problem = WrongSettings(planned, check, light_.size());
   v.wrong_settings = !v.problem.empty();
   if (v.wrong_settings) return v;
   v.light = light_.Judge(planned, check);

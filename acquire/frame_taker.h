@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "acquire/camera_setter.h"
 #include "acquire/exposure_advice.h"
 #include "acquire/frame_doubts.h"
 #include "acquire/light_memory.h"
@@ -48,6 +49,7 @@ class FrameTaker {
   LightMemory& light() { return light_; }
   void Warn(const std::string& warning);
   WheelMover& wheel() { return wheel_; }
+  CameraSetter& setter() { return setter_; }
   bool schedule_changed() const { return schedule_changed_; }
 
  private:
@@ -95,6 +97,7 @@ class FrameTaker {
   CaptureSummary& summary_;
   const Stopwatch& stopwatch_;
   WheelMover wheel_;
+  CameraSetter setter_;
   LightMemory light_;
   std::unique_ptr<Pending> pending_;  // the frame under way
   FrameDoubts doubts_;

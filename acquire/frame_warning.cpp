@@ -22,9 +22,16 @@ std::string RemedyFor(const FrameRecord& f, const ExposureAdvice& advice) {
                                                        : "raise the flash's power or open the aperture";
 }
 
+std::string SizeText(const FrameSize& size) {
+  return std::to_string(size.width_px) + " x " + std::to_string(size.height_px);
+}
+
 }  // namespace
 
-std::string WrongSettings(const FrameRecord& planned, const FrameCheck& check) {
+std::string WrongSettings(const FrameRecord& planned, const FrameCheck& check, const FrameSize& size) {
+  if (size != FrameSize{} && check.size != size)
+    return "is " + SizeText(check.size) + " in place of " + SizeText(size) +
+           " photosites, as the first frame is";
   if (check.iso > 0.0 && std::abs(check.iso / planned.iso - 1.0) > kIsoTolerance) {
     return "was taken at ISO " + std::to_string(std::lround(check.iso)) + " in place of " +
            std::to_string(planned.iso);

@@ -74,13 +74,14 @@ LightJudgement LightMemory::Judge(const FrameRecord& planned, const FrameCheck& 
 }
 
 void LightMemory::Learn(const FrameRecord& frame, const FrameCheck& check) {
+  if (size_ == FrameSize{}) size_ = check.size;
   if (frame.role == FrameRole::kBlack || !TellsColour(check.card)) return;
   by_slot_.try_emplace(frame.slot, Light{PerIso(check.card, frame.iso), frame.number});
 }
 
 void LightMemory::LearnFrom(const Session& session) {
   for (const FrameRecord& f : session.frames) {
-    if (f.role != FrameRole::kSpectralon) continue;
+    if (f.role != FrameRole::kSpectralon && size_ != FrameSize{}) continue;
     const RawFrame raw{ReadBinaryFile(session.directory / f.file),
                        std::filesystem::path(f.file).extension().string()};
     const FrameCheck check = CheckFrame(raw, session.rig.gray_card_region);

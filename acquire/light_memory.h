@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// What light each slot gave so far, by the gray card that stays in view: a frame whose card does not look as
-// its slot's did was taken through another filter, or by a flash that did not fire.
+// What the frames so far were like: their size, and the light that each slot gave, by the gray card that
+// stays in view. A frame whose card does not look as its slot's did was taken through another filter, or by a
+// flash that did not fire.
 #pragma once
 
 #include <map>
@@ -24,8 +25,9 @@ class LightMemory {
   // `planned` says what the frame should be.
   LightJudgement Judge(const FrameRecord& planned, const FrameCheck& check) const;
   void Learn(const FrameRecord& frame, const FrameCheck& check);
-  void LearnFrom(const Session& session);  // from the Spectralon frames that are there
+  void LearnFrom(const Session& session);  // from its first frame, and the Spectralon frames that are there
   int SourceOf(int slot) const;  // the number of the frame that taught this slot's light; 0: none has
+  const FrameSize& size() const { return size_; }  // of the first frame; 0 x 0: there was none
   void Forget(int slot) { by_slot_.erase(slot); }
 
  private:
@@ -34,6 +36,7 @@ class LightMemory {
     int frame = 0;
   };
   std::map<int, Light> by_slot_;
+  FrameSize size_;
 };
 
 // A sentence's end: "was taken through another filter: it looks like slot 3".

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "acquire/devices/device_fault.h"
+#include "acquire/reference_session.h"
 #include "common/core/error.h"
 
 namespace dermap {
@@ -46,10 +47,12 @@ void CheckSpace(const SessionFolder& folder, Camera& camera) {
   }
 }
 
-void CheckClock() {
-  if (std::time(nullptr) >= kEarliestClock) return;
-  throw InputError(
-      "this machine's clock stands before 2024; remedy: set it, since sessions are told apart by time");
+void CheckClock(const SessionFolder& folder) {
+  if (std::time(nullptr) < kEarliestClock) {
+    throw InputError(
+        "this machine's clock stands before 2024; remedy: set it, since sessions are told apart by time");
+  }
+  RequireClockBeyond(folder.session().started_utc, "this session was begun");
 }
 
 void CheckSettings(const SessionFolder& folder, Camera& camera) {
@@ -65,7 +68,7 @@ void CheckSettings(const SessionFolder& folder, Camera& camera) {
 }  // namespace
 
 void CheckBeforeFirstFrame(const SessionFolder& folder, Station& station) {
-  CheckClock();
+  CheckClock(folder);
   CheckSlots(folder, station.wheel());
   CheckSpace(folder, station.camera());
   CheckSettings(folder, station.camera());

@@ -12,6 +12,8 @@
 namespace dermap {
 namespace {
 
+constexpr double kClockTolerance_h = 2.0 / 60.0;  // a clock that is set by the network goes back a little
+
 std::optional<std::time_t> Seconds(const std::string& utc) {
   std::tm time{};
   if (strptime(utc.c_str(), "%Y-%m-%dT%H:%M:%S", &time) == nullptr) return std::nullopt;
@@ -37,6 +39,13 @@ std::optional<double> HoursBetween(const std::string& from_utc, const std::strin
   return std::difftime(*to, *from) / 3600.0;
 }
 
+void RequireClockBeyond(const std::string& past_utc, const std::string& what) {
+  const auto age_h = HoursBetween(past_utc, NowUtc());
+  if (!age_h || *age_h >= -kClockTolerance_h) return;
+  throw InputError("this machine's clock stands at " + NowUtc() + ", before " + past_utc + ", when " + what +
+                   "; remedy: set the clock");
+}
+
 ReferenceSession::ReferenceSession(const std::filesystem::path& directory, const RigConfig& rig)
     : session_(ReadSession(directory)), given_(session_.frames.size()) {
   if (!session_.complete) {
@@ -46,6 +55,7 @@ ReferenceSession::ReferenceSession(const std::filesystem::path& directory, const
   RequireSame("camera driver", rig.camera_driver, session_.rig.camera_driver);
   RequireSame("wheel driver", rig.wheel_driver, session_.rig.wheel_driver);
   VerifyFrames(session_);
+  RequireClockBeyond(session_.started_utc, "the reference session " + directory.string() + " was begun");
   age_h_ = HoursBetween(session_.started_utc, NowUtc()).value_or(0.0);
 }
 

@@ -14,7 +14,8 @@ namespace dermap {
 
 class ReferenceSession {
  public:
-  // Throws InputError where the session is not complete, damaged, or of another camera or wheel than `rig`.
+  // Throws InputError where the session is not complete, damaged, of another camera or wheel than `rig`, or
+  // younger than this machine's clock allows.
   ReferenceSession(const std::filesystem::path& directory, const RigConfig& rig);
   // Its frame for a place in the new schedule: same role, slot, filter, exposure and ISO; each is given once.
   // Throws InputError where it has none.
@@ -32,5 +33,9 @@ class ReferenceSession {
 
 // Hours from one ISO 8601 time to another; nothing where one of them is none.
 std::optional<double> HoursBetween(const std::string& from_utc, const std::string& to_utc);
+
+// Throws InputError where this machine's clock stands before `past_utc`, a time at which `what` ("this
+// session was begun"); by less than two minutes is let pass. What is no time is let pass too.
+void RequireClockBeyond(const std::string& past_utc, const std::string& what);
 
 }  // namespace dermap

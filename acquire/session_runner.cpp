@@ -138,7 +138,7 @@ void SessionRunner::TakeWhatIsMissing() {
     if (ShallStop()) return Settle();
     const FrameRecord planned = *next;                     // a copy: its exposure may change
     if (!home_first_) taker_.wheel().Start(planned.slot);  // while the operator is busy
-    if (!Place(planned.role)) return;
+    if (!Place(planned)) return;
     Patiently(planned.number, [&] { taker_.Take(planned, SlotAfter(planned)); });
   }
 }
@@ -149,7 +149,7 @@ bool SessionRunner::Retake() {
     if (*number < 1 || *number > folder_.total()) continue;
     Settle();
     const auto planned = [&] { return folder_.schedule()[static_cast<std::size_t>(*number) - 1]; };
-    if (!Place(planned().role)) return false;
+    if (!Place(planned())) return false;
     const int taken_before = summary_.taken;
     while (summary_.taken == taken_before) {
       Patiently(*number, [&] {
@@ -170,14 +170,15 @@ bool SessionRunner::StandsFor(FrameRole role) const {
   return placed_ == role || (placed_ && role == FrameRole::kBlack);
 }
 
-bool SessionRunner::Place(FrameRole role) {
-  if (StandsFor(role)) return true;
+bool SessionRunner::Place(const FrameRecord& next) {
+  if (StandsFor(next.role)) return true;
   if (station_.NeedsOperator()) {
     Step("place", nullptr);
-    if (options_.ask && !AskWhileTimeStands(PlaceRequest(role))) return false;
+    taker_.setter().Start({next.exposure_ms, next.iso, next.number});  // while the operator is busy
+    if (options_.ask && !AskWhileTimeStands(PlaceRequest(next.role))) return false;
   }
-  station_.Place(role);
-  placed_ = role;
+  station_.Place(next.role);
+  placed_ = next.role;
   return true;
 }
 

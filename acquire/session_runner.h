@@ -26,8 +26,8 @@ class SessionRunner {
   void PreflightPatiently();  // as often as the operator sees to what stands in its way
   void TakeFromReference();
   void TakeWhatIsMissing();
-  bool Retake();  // what was asked to be taken again; false: the session shall end
-  bool Place(FrameRole role);
+  bool Retake();                         // what was asked to be taken again; false: the session shall end
+  bool Place(const FrameRecord& next);   // what it shows; false: the session shall end
   bool StandsFor(FrameRole role) const;  // what is in place does for it
   // Runs a step with that frame. At a fault that lasts it has the operator see to it, and returns with the
   // frame still missing; throws it on where nobody does.

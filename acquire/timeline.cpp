@@ -35,7 +35,7 @@ double BetweenExposures(const SessionTimeline& t, std::size_t i) {
   const double press_s =
       std::max(0.0, next.flash.start_s - next.expose.start_s);  // begins before the flash is ready
   const double flash_s = WithoutWaits({f.expose.end_s, f.flash.end_s}, t) - press_s;
-  return std::max({f.fetch.seconds() + next.ready.seconds(), WithoutWaits(next.wheel, t), flash_s});
+  return std::max({f.fetch.seconds() + WithoutWaits(next.ready, t), WithoutWaits(next.wheel, t), flash_s});
 }
 
 double StartOf(const FrameTiming& f) {
@@ -108,7 +108,7 @@ ChainTimes AddUp(const SessionTimeline& timeline) {
   double start_s = StartOf(timeline.frames[0]), end_s = 0.0;
   for (std::size_t i = 0; i < timeline.frames.size(); ++i) {
     const FrameTiming& f = timeline.frames[i];
-    sum.camera_s += f.ready.seconds() + f.expose.seconds() + f.fetch.seconds();
+    sum.camera_s += WithoutWaits(f.ready, timeline) + f.expose.seconds() + f.fetch.seconds();
     sum.wheel_s += WithoutWaits(f.wheel, timeline);
     sum.turns_s += f.expose.seconds() + BetweenExposures(timeline, i);
     if (i + 1 < timeline.frames.size()) sum.flash_s += WithoutWaits(f.flash, timeline);

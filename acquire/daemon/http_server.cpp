@@ -5,7 +5,6 @@
 #include "acquire/daemon/http_server.h"
 
 #include <httplib.h>
-#include <sys/random.h>
 #include <sys/socket.h>
 
 #include <algorithm>
@@ -14,6 +13,7 @@
 #include <nlohmann/json.hpp>
 
 #include "acquire/daemon/page.h"
+#include "acquire/daemon/request_guard.h"
 #include "acquire/daemon/state_text.h"
 #include "acquire/daemon/thread_per_task.h"
 #include "common/core/error.h"
@@ -31,32 +31,6 @@ constexpr std::size_t kRequestsOfAConnection = 100000;
 constexpr std::chrono::seconds kHelmKept{15};
 constexpr std::chrono::milliseconds kHeartbeat{2000};
 
-bool IsLoopback(const std::string& address) {
-  return address.rfind("127.", 0) == 0 || address == "::1" || address == "localhost";
-}
-
-std::string RandomKey() {
-  unsigned char bytes[16];
-  if (getrandom(bytes, sizeof bytes, 0) != sizeof bytes)
-    throw DeviceError("the system gives no random numbers");
-  std::string text;
-  char digits[3];
-  for (const unsigned char b : bytes) {
-    std::snprintf(digits, sizeof digits, "%02x", b);
-    text += digits;
-  }
-  return text;
-}
-
-// The same time for every wrong token.
-bool SameToken(const std::string& a, const std::string& b) {
-  unsigned difference = static_cast<unsigned>(a.size() ^ b.size());
-  for (std::size_t i = 0; i < a.size() && !b.empty(); ++i) {
-    difference |= static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i % b.size()]);
-  }
-  return difference == 0;
-}
-
 void Refuse(httplib::Response& response, int status, const std::string& why) {
   response.status = status;
   response.set_content(json{{"error", why}}.dump(-1, ' ', false, json::error_handler_t::replace),
@@ -73,19 +47,6 @@ class Connections : public httplib::TaskQueue {
 };
 
 }  // namespace
-
-bool HostIsOurs(const std::string& host, const std::string& address, int port) {
-  const std::string number = std::to_string(port);
-  for (const std::string& name :
-       {std::string("127.0.0.1"), std::string("localhost"), std::string("[::1]"), address}) {
-    if (host == std::string(name).append(1, ':').append(number)) return true;
-  }
-  return false;
-}
-
-bool OriginIsOurs(const std::string& origin, const std::string& host) {
-  return origin.empty() || origin == "http://" + host;
-}
 
 struct HttpServer::Impl {
   CaptureDaemon& daemon;

@@ -39,8 +39,4 @@ class HttpServer {
   std::unique_ptr<Impl> impl_;
 };
 
-// Whether a browser that was led here by another site, or by a name that leads elsewhere, would send this.
-bool HostIsOurs(const std::string& host, const std::string& address, int port);
-bool OriginIsOurs(const std::string& origin, const std::string& host);
-
 }  // namespace dermap

@@ -2,19 +2,15 @@
 // Which of libgphoto2's results is which fault; their numbers are libgphoto2's.
 #include "acquire/devices/camera_helper.h"
 
-#include <stdlib.h>
-
-#include <filesystem>
 #include <nlohmann/json.hpp>
-#include <system_error>
 
 #include "acquire/devices/device_fault.h"
+#include "acquire/devices/private_home.h"
 #include "acquire/devices/worker_process.h"
 
 namespace dermap {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 
 enum GphotoResult {
@@ -64,29 +60,6 @@ std::string RemedyFor(FaultKind kind) {
       return "switch it off and on";
   }
 }
-
-// A folder of our own for the helper's HOME, gone with us.
-class PrivateHome {
- public:
-  PrivateHome() {
-    std::string name = (fs::temp_directory_path() / "dermap-camera-XXXXXX").string();
-    if (::mkdtemp(name.data()) == nullptr) {
-      throw StorageError("cannot make a folder in " + fs::temp_directory_path().string() +
-                         "; remedy: free some space there, or let TMPDIR name another folder");
-    }
-    path_ = name;
-  }
-  ~PrivateHome() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  PrivateHome(const PrivateHome&) = delete;
-  PrivateHome& operator=(const PrivateHome&) = delete;
-  const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
 
 json Parsed(const std::string& line) {
   json object = json::parse(line, nullptr, false);

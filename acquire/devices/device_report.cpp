@@ -59,6 +59,10 @@ void Judge(DeviceReport& report, const UsbFound& f, const std::vector<NodeHolder
               "gvfs-gphoto2-volume-monitor.service)."
             : " End it first.";
     report.note = "It is held by " + report.holder + "." + unmount;
+  } else if (f.claimed) {
+    report.holder = "another user's program";
+    report.note = "It is held by " + report.holder +
+                  ", as the daemon is where it runs as a service; 'sudo dermap devices' names it.";
   } else if (report.needs_rule) {
     report.note = "You may not write to " + f.node + ": install the udev rule below, then plug it in again.";
   }

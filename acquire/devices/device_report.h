@@ -18,7 +18,7 @@ struct DeviceReport {
   std::string node;    // /dev/bus/usb/001/002; empty on the network
   bool usable = false;
   bool needs_rule = false;  // the system does not let us: the udev rule is missing
-  std::string holder;       // the program that has it open, and its number; empty: none
+  std::string holder;       // the program that has it open, and its number where we may know; empty: none
   std::string note;         // what to know or to do, a sentence; may be empty
 };
 

@@ -18,6 +18,7 @@
 #include <string>
 #include <thread>
 
+#include "acquire/devices/end_with_parent.h"
 #include "acquire/devices/gphoto2_settings.h"
 
 namespace dermap {
@@ -26,6 +27,8 @@ namespace {
 using nlohmann::json;
 using std::chrono::milliseconds;
 using SteadyClock = std::chrono::steady_clock;
+
+constexpr milliseconds kLastWord{2000};  // to end a call and close the camera once nobody asks any more
 
 class Session {
  public:
@@ -262,6 +265,7 @@ bool WriteAll(int file, const std::string& text) {
 }
 
 int Main() {
+  EndWithWhoeverAsks(kLastWord);
   // Answers have a descriptor of their own: whatever a library prints goes to standard error.
   const int answers = ::fcntl(1, F_DUPFD_CLOEXEC, 3);
   ::dup2(2, 1);

@@ -7,6 +7,8 @@
 
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
+#include <system_error>
 
 #include "acquire/devices/device_fault.h"
 
@@ -20,6 +22,17 @@ std::string NodeOf(int bus, int address) {
   char node[40];
   std::snprintf(node, sizeof node, "/dev/bus/usb/%03d/%03d", bus, address);
   return node;
+}
+
+// The system's driver "usbfs" stands for a program that has claimed the first interface.
+bool IsClaimed(libusb_device* device) {
+  std::uint8_t ports[8];
+  const int count = libusb_get_port_numbers(device, ports, sizeof ports);
+  std::string name = std::to_string(libusb_get_bus_number(device));
+  for (int i = 0; i < count; ++i) name += (i == 0 ? '-' : '.') + std::to_string(ports[i]);
+  std::error_code none;
+  const auto driver = std::filesystem::read_symlink("/sys/bus/usb/devices/" + name + ":1.0/driver", none);
+  return driver.filename() == "usbfs";
 }
 
 struct Context {
@@ -51,12 +64,15 @@ std::vector<UsbFound> ListUsbDevices() {
   for (ssize_t i = 0; i < count; ++i) {
     libusb_device_descriptor d{};
     if (libusb_get_device_descriptor(list[i], &d) != 0) continue;
-    UsbFound f{
-        d.idVendor, d.idProduct, libusb_get_bus_number(list[i]), libusb_get_device_address(list[i]), {},
-        false,      false};
+    UsbFound f;
+    f.vendor = d.idVendor;
+    f.product = d.idProduct;
+    f.bus = libusb_get_bus_number(list[i]);
+    f.address = libusb_get_device_address(list[i]);
     f.node = NodeOf(f.bus, f.address);
     f.readable = ::access(f.node.c_str(), R_OK) == 0;
     f.writable = ::access(f.node.c_str(), W_OK) == 0;
+    f.claimed = IsClaimed(list[i]);
     found.push_back(f);
   }
   if (list != nullptr) libusb_free_device_list(list, 1);

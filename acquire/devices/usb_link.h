@@ -29,8 +29,9 @@ struct UsbFound {
   std::uint16_t product = 0;
   int bus = 0;
   int address = 0;
-  std::string node;  // /dev/bus/usb/001/002
+  std::string node{};  // /dev/bus/usb/001/002
   bool readable = false, writable = false;
+  bool claimed = false;  // by a program, as the system's list of drivers tells
 };
 // Every device on the buses.
 std::vector<UsbFound> ListUsbDevices();

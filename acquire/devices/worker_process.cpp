@@ -76,6 +76,8 @@ void WorkerProcess::Start() {
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, in[0], 0);
   posix_spawn_file_actions_adddup2(&actions, out[1], 1);
+  // Whatever else is open here is none of its business: it would keep alive what shall end with us.
+  posix_spawn_file_actions_addclosefrom_np(&actions, 3);
   // A signal for the terminal's programs (Ctrl-C) is ours to act on, not the worker's.
   posix_spawnattr_t attributes;
   posix_spawnattr_init(&attributes);

@@ -42,6 +42,18 @@ TEST(DeviceReport, NamesTheDesktopServiceThatHoldsTheCamera) {
   EXPECT_THAT(report[0].note, HasSubstr("gvfs-gphoto2-volume-monitor"));
 }
 
+// Of another user's program, as a service is, the system shows that it holds the device and not which it is.
+TEST(DeviceReport, SaysThatAProgramHoldsItThatWeMayNotLookInto) {
+  UsbFound claimed = kWheel;
+  claimed.claimed = true;
+  const auto report = MakeDeviceReport({claimed}, {}, {});
+  EXPECT_FALSE(report[0].usable);
+  EXPECT_EQ(report[0].holder, "another user's program");
+  EXPECT_THAT(report[0].note, HasSubstr("sudo dermap devices"));
+  EXPECT_EQ(MakeDeviceReport({claimed}, {}, {{kWheel.node, "dermap", 4711}})[0].holder,
+            "dermap (process 4711)");
+}
+
 TEST(DeviceReport, SaysWhichModeOfThe20DTakesFrames) {
   const UsbFound normal{0x04A9, 0x30EB, 1, 5, "/dev/bus/usb/001/005", true, true};
   const UsbFound ptp{0x04A9, 0x30EC, 1, 6, "/dev/bus/usb/001/006", true, true};

@@ -23,8 +23,8 @@ RawFrame QuarterSaturated() {
 TEST(FrameCheck, TellsSizeAndExposure) {
   const FrameCheck check = CheckFrame(QuarterSaturated());
   EXPECT_TRUE(check.decodes) << check.problem;
-  EXPECT_EQ(check.width_px, 64);
-  EXPECT_EQ(check.height_px, 48);
+  EXPECT_EQ(check.size.width_px, 64);
+  EXPECT_EQ(check.size.height_px, 48);
   EXPECT_DOUBLE_EQ(check.saturated_share, 0.25);
   EXPECT_DOUBLE_EQ(check.level, 1.0);
 

@@ -113,6 +113,21 @@ TEST_F(Sequence, StopsBetweenFramesWhenAsked) {
   EXPECT_EQ(RunCapture(options_).kept, 3);
 }
 
+// Frames of one session shall lie in time as they were taken.
+TEST_F(Sequence, IsNotResumedByAClockThatStandsBeforeItsBeginning) {
+  options_.stop = [asked = 0]() mutable { return ++asked > 2; };
+  const std::string began = RunCapture(options_).session.started_utc;
+  std::string journal = ReadTextFile(options_.out / "journal.jsonl");
+  journal.replace(journal.find(began), 4, "2199");
+  folder_.Write("session/journal.jsonl", journal);
+  options_.stop = nullptr;
+  options_.resume = true;
+  EXPECT_THAT(MessageOf<InputError>(options_), HasSubstr("remedy: set the clock"));
+  journal.replace(journal.find("2199"), 4, began.substr(0, 4));
+  folder_.Write("session/journal.jsonl", journal);
+  EXPECT_TRUE(RunCapture(options_).session.complete);
+}
+
 // A full disk, as the system tells of it: no file may grow beyond 8 kB, a frame has 10 kB.
 TEST_F(Sequence, FullDiskIsAStorageErrorAndCanBeResumed) {
   const auto hashes = Undisturbed();

@@ -3,6 +3,8 @@
 
 #include <fstream>
 
+#include "acquire/simulated/dng_writer.h"
+#include "common/files/atomic_file.h"
 #include "tests/acquire/sequence_fixture.h"
 
 namespace dermap::acquire_test {
@@ -18,7 +20,7 @@ TEST_F(Sequence, TakesWhatThePlanAsksForInOrder) {
     files.push_back(e.frame.file);
     warnings += !e.warning.empty();
     EXPECT_TRUE(fs::exists(options_.out / e.frame.file));
-    EXPECT_EQ(e.check.width_px, 96);
+    EXPECT_EQ(e.check.size.width_px, 96);
     EXPECT_EQ(e.done, static_cast<int>(files.size()));
   };
   options_.progress = [&](double f) { fractions.push_back(f); };
@@ -65,6 +67,25 @@ TEST_F(Sequence, RetakesAFrameThatDoesNotDecode) {
   station.after_capture = [&](const CaptureSettings&, RawFrame& frame) { frame.bytes.clear(); };
   EXPECT_THROW(RunCapture(options_, station), DeviceError);
   EXPECT_TRUE(!fs::exists(options_.out / "frames") || fs::is_empty(options_.out / "frames"));
+}
+
+// Somebody has set the camera to smaller raw files, as the file itself tells; what is right is known from
+// what an earlier run has taken.
+TEST_F(Sequence, RetakesAFrameOfAnotherSize) {
+  const auto hashes = Undisturbed();
+  options_.stop = [asked = 0]() mutable { return ++asked > 1; };
+  EXPECT_EQ(RunCapture(options_).taken, 1);
+  options_.stop = nullptr;
+  options_.resume = true;
+  WatchedStation& station = Watch();
+  station.after_capture = [&](const CaptureSettings& s, RawFrame& frame) {
+    if (s.shot == 3 && station.shots[3] == 1) frame.bytes = EncodeDng(Plane<std::uint16_t>(48, 36, 1118), {});
+  };
+  RunCapture(options_, station);
+  EXPECT_EQ(station.shots[3], 2);
+  EXPECT_EQ(station.shots[4], 1);
+  ExpectWhole(hashes);
+  EXPECT_THAT(ReadTextFile(options_.out / "journal.jsonl"), HasSubstr("is 48 x 36 in place of 96 x 72"));
 }
 
 TEST_F(Sequence, RefusesWhatDoesNotFit) {

@@ -47,8 +47,10 @@ TEST(Timeline, KnowsWhatMustFollowEachOther) {
 
 // The flash recycles from 0.6 to 4.6 s, the operator is waited for from 1.8 to 29.4 s: 1.2 s of it count.
 TEST(Timeline, LeavesOutTheOperator) {
-  const SessionTimeline timeline{{Frame(1, 0.6, 0.0), Frame(2, 30.0, 29.4)}, {{1.8, 29.4}}};
+  SessionTimeline timeline{{Frame(1, 0.6, 0.0), Frame(2, 30.0, 29.4)}, {{1.8, 29.4}}};
+  timeline.frames[1].ready = {1.7, 2.0};  // set while the operator is busy: 0.1 s of it count
   const ChainTimes c = AddUp(timeline);
+  EXPECT_NEAR(c.camera_s, 2 * (0.2 + 0.8) + 0.1, 1e-9);
   EXPECT_NEAR(c.flash_s, 1.2, 1e-9);
   EXPECT_NEAR(c.taken_s, 31.2 - 27.6, 1e-9);
 }

@@ -3,7 +3,9 @@
 // remedy, and the next question goes to a new process. Programs of /bin/sh stand for it.
 #include "acquire/devices/worker_process.h"
 
+#include <fcntl.h>
 #include <gmock/gmock.h>
+#include <unistd.h>
 
 #include <filesystem>
 
@@ -63,6 +65,15 @@ TEST_F(Worker, ThatEndsOrFallsSilentIsAFault) {
   EXPECT_THAT(FaultOf(silent, 100ms), HasSubstr("says nothing"));
   WorkerProcess endless = Make("head -c 3000000 /dev/zero");
   EXPECT_THAT(FaultOf(endless), HasSubstr("talks nonsense"));
+}
+
+// A copy of a connection that is open here would outlive us in it.
+TEST_F(Worker, HoldsNothingOpenButItsPipes) {
+  const int ours = fcntl(STDERR_FILENO, F_DUPFD, 50);  // not close-on-exec, as some libraries open things
+  const std::string held = "/proc/$$/fd/" + std::to_string(ours);
+  WorkerProcess worker = Make("if [ -e " + held + R"( ]; then echo '{"held": 1}'; else echo '{}'; fi)");
+  EXPECT_EQ(worker.Ask("{}", 20s).line, "{}");
+  close(ours);
 }
 
 TEST_F(Worker, IsStartedAnewAfterAFault) {

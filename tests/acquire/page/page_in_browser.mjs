@@ -45,6 +45,7 @@ async function wholeSession(page) {
   // A full card at the third press: the page says what to do, and goes on.
   await answerUntil(page, page.locator('#ask.fault:not(.hide)'));
   assert.match(await page.locator('#sentence').innerText(), /card/);
+  assert.match(await page.locator('#remedy').innerText(), /^Put an empty card into it/);
   const border = await page.locator('#ask').evaluate((e) => getComputedStyle(e).borderColor);
   assert.equal(border, 'rgb(255, 92, 87)', 'a fault is red');
   await picture(page, 'fault');
@@ -53,7 +54,7 @@ async function wholeSession(page) {
   assert.match(await page.locator('#count').innerText(), /^6 of 6/);
   await page.waitForFunction(() => document.images.length === 6 && [...document.images].every((i) => i.naturalWidth > 0));
   assert.equal(await page.locator('.card svg rect').count(), 6 * 64, 'a histogram for each frame');
-  assert.equal(await page.locator('#window').innerText(), 'yes', 'the window was found');
+  assert.equal(await page.locator('#window').innerText(), 'found', 'the window was found');
   await picture(page, 'complete');
 }
 
@@ -100,6 +101,12 @@ async function endAndResume(page) {
   await page.keyboard.press('e');
   await inState(page, 'Ended early').waitFor();
   assert.match(await page.locator('#now').innerText(), /can be resumed/);
+  await picture(page, 'ended');
+  await page.locator('#goon:focus').waitFor();
+  await page.keyboard.press('Enter'); // goes on without the form
+  await inState(page, 'Waiting for you').waitFor();
+  await page.keyboard.press('e');
+  await inState(page, 'Ended early').waitFor();
   await fillIn(page, { session: 'two' });
   await page.locator('#resume').check();
   await page.getByRole('button', { name: 'Start' }).click();

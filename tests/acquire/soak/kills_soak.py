@@ -21,6 +21,8 @@ from small_station import write_station
 
 FAULTS = ["busy", "stall", "truncated", "repeated", "unplug", "unplug-read", "settings", "ram"]
 LONGEST_RESUMPTION_S = 300  # of a session that nobody kills any more
+LONGEST_END_S = 60  # of the emulator, once its program is over
+STUCK = "stuck"
 
 
 class Captures:
@@ -62,58 +64,102 @@ def wait_for_journal(session):
         pass
 
 
-def kill_and_resume(options, folder):
-    rng = random.Random(options.seed)
-    wrong, light, kills, sessions, longest_s = [], {}, 0, 0, None
-    with open(folder + "/log", "w") as log:
-        while kills < options.kills:
-            session = "%s/session_%d" % (folder, sessions)
-            sessions += 1
-            captures = Captures(options.dermap, folder, session, log)
-            before = {}
-            start = time.monotonic()
+class Soak:
+    def __init__(self, options, folder, log):
+        self.options, self.folder, self.log = options, folder, log
+        self.rng = random.Random(options.seed)
+        self.wrong, self.light, self.kills, self.sessions = [], {}, 0, 0
+        self.longest_s = None  # that a session takes: the first one is left alone, to know
+
+    def finish(self, process):
+        """Its exit status; one that does not end is killed and counts as stuck."""
+        try:
+            return process.wait(LONGEST_RESUMPTION_S)
+        except subprocess.TimeoutExpired:
+            process.kill()
+            process.wait()
+            return STUCK
+
+    def kill_at_random(self, captures, process, before):
+        """Kills and resumes until it ends by itself or has had its kills; returns the last one to run."""
+        while self.longest_s and self.kills < self.options.kills:
+            moment_s = self.rng.uniform(0, self.longest_s)
+            try:
+                process.wait(moment_s)
+                break
+            except subprocess.TimeoutExpired:
+                pass
+            process.kill()
+            process.wait()
+            self.kills += 1
+            if self.options.emulated:
+                forget_answers()
+            wait_for_journal(captures.session)
+            now = confirmed(captures.session)
+            gone = [n for n in before if n not in now]
+            self.wrong += ["lost: frame %d of session %d from the journal" % (n, self.sessions) for n in gone]
+            before.clear()
+            before.update(now)
+            print("kill %d after %.0f ms: %d frames confirmed" % (self.kills, 1000 * moment_s, len(now)), flush=True)
             process = captures.start()
-            while longest_s and kills < options.kills:  # the first one is left alone, to know how long it takes
-                moment_s = rng.uniform(0, longest_s)
-                try:
-                    process.wait(moment_s)
-                    break
-                except subprocess.TimeoutExpired:
-                    pass
-                process.kill()
-                process.wait()
-                kills += 1
-                if options.emulated:
-                    forget_answers()
-                wait_for_journal(session)
-                now = confirmed(session)
-                gone = [number for number, sha256 in before.items() if number not in now]
-                wrong += ["lost: frame %d of session %d from the journal" % (n, sessions) for n in gone]
-                before = now
-                print("kill %d after %.0f ms: %d frames confirmed" % (kills, 1000 * moment_s, len(now)), flush=True)
-                process = captures.start()
-            code = process.wait(LONGEST_RESUMPTION_S)
-            if code != 0:
-                wrong.append("lost: session %d ended with %d" % (sessions, code))
-                if code == 3 or code == 1:  # a device's fault that lasts: resumed, as an operator would
-                    wrong.pop()
-                    code = captures.start().wait(LONGEST_RESUMPTION_S)
-            if longest_s is None:
-                longest_s = time.monotonic() - start
-            problems = check(session, light) if code == 0 else ["lost: session ended with %d" % code]
-            after = confirmed(session)
-            problems += ["lost: frame %d was confirmed, and taken again" % n for n, s in before.items() if after.get(n) != s]
-            if subprocess.run([options.dermap, "verify", session], stdout=log).returncode != 0:
-                problems.append("lost: does not verify")
+        return process
+
+    def take_session(self):
+        """What is wrong with it in the end."""
+        session = "%s/session_%d" % (self.folder, self.sessions)
+        self.sessions += 1
+        captures = Captures(self.options.dermap, self.folder, session, self.log)
+        before, start = {}, time.monotonic()
+        code = self.finish(self.kill_at_random(captures, captures.start(), before))
+        if code in (1, 3):  # a device's fault that lasts: resumed, as an operator would
+            code = self.finish(captures.start())
+        self.longest_s = self.longest_s or time.monotonic() - start
+        if code == STUCK:
+            return ["stuck: session does not end in %d s" % LONGEST_RESUMPTION_S]
+        problems = check(session, self.light) if code == 0 else ["lost: session ended with %d" % code]
+        after = confirmed(session)
+        problems += ["lost: frame %d was confirmed, and taken again" % n for n, s in before.items() if after.get(n) != s]
+        if subprocess.run([self.options.dermap, "verify", session], stdout=self.log).returncode != 0:
+            problems.append("lost: does not verify")
+        subprocess.run(["rm", "-rf", session], check=True)
+        return problems
+
+    def run(self):
+        while self.kills < self.options.kills and not any(w.startswith("stuck") for w in self.wrong):
+            problems = self.take_session()
             for problem in problems:
-                print("session %d: %s" % (sessions, problem), flush=True)
-            wrong += problems
-            subprocess.run(["rm", "-rf", session], check=True)
-    counts = ", ".join("%d %s" % (sum(w.startswith(kind) for w in wrong), kind)
-                       for kind in ("lost", "doubled", "mislabelled"))
-    print("soak: %d kills in %d sessions on %s devices: frames: %s" %
-          (kills, sessions, "emulated" if options.emulated else "simulated", counts))
-    return 1 if wrong else 0
+                print("session %d: %s" % (self.sessions, problem), flush=True)
+            self.wrong += problems
+        counts = ", ".join("%d %s" % (sum(w.startswith(kind) for w in self.wrong), kind)
+                           for kind in ("lost", "doubled", "mislabelled", "stuck"))
+        print("soak: %d kills in %d sessions on %s devices: frames: %s" %
+              (self.kills, self.sessions, "emulated" if self.options.emulated else "simulated", counts), flush=True)
+        return 1 if self.wrong else 0
+
+
+def kill_and_resume(options, folder):
+    with open(folder + "/log", "w") as log:
+        return Soak(options, folder, log).run()
+
+
+def run_in_emulator(options, folder):
+    """Ourselves below the emulator; once the totals are told it has to end, or is killed."""
+    rng = random.Random(options.seed)
+    presses = [p for p in range(10, 8 * options.kills) if rng.random() < 1 / 20]
+    faults = [word for p in presses for word in ("--fault", "%s@%d:0.4" % (rng.choice(FAULTS), p))]
+    emulator = subprocess.Popen([options.emulator, "--rig", folder + "/rig.toml"] + faults +
+                                ["--", sys.executable, __file__, options.dermap, "--emulated", folder, "--kills",
+                                 str(options.kills), "--seed", str(options.seed)], stdout=subprocess.PIPE, text=True)
+    for line in emulator.stdout:
+        print(line, end="", flush=True)
+        if line.startswith("soak:"):
+            break
+    try:
+        return emulator.wait(LONGEST_END_S)
+    except subprocess.TimeoutExpired:
+        emulator.kill()
+        print("soak: the emulator itself does not end")
+        return 1
 
 
 def main():
@@ -130,12 +176,7 @@ def main():
         write_station(folder, *(("starlight", "gphoto2") if options.emulator else ("simulated", "simulated")))
         if not options.emulator:
             return kill_and_resume(options, folder)
-        rng = random.Random(options.seed)
-        presses = [p for p in range(10, 8 * options.kills) if rng.random() < 1 / 20]
-        faults = [word for p in presses for word in ("--fault", "%s@%d:0.4" % (rng.choice(FAULTS), p))]
-        return subprocess.run([options.emulator, "--rig", folder + "/rig.toml"] + faults +
-                              ["--", sys.executable, __file__, options.dermap, "--emulated", folder, "--kills",
-                               str(options.kills), "--seed", str(options.seed)]).returncode
+        return run_in_emulator(options, folder)
 
 
 if __name__ == "__main__":
