@@ -58,11 +58,12 @@ class DenseFunction final : public ceres::CostFunction {
     jacobian.setZero();
     jacobian.bottomRows(prior_.rows()) = prior_;
     const ParameterSpace& space = posterior_.problem().space();
+    const ForwardModel::Kept render(model, maps);
     for (int column = 0; column < unknowns; ++column) {
       const auto pixel = static_cast<std::size_t>(column) % pixels_;
       const ParameterMaps change =
           ChangeOfPixel(space, column / static_cast<int>(pixels_), pixel, data_.width(), data_.height());
-      const std::vector<PlaneF> response = model.Tangent(maps, change);
+      const std::vector<PlaneF> response = render.Tangent(change);
       for (std::size_t b = 0; b < response.size(); ++b)
         for (std::size_t i = 0; i < pixels_; ++i)
           jacobian(static_cast<int>(b * pixels_ + i), column) =

@@ -28,13 +28,17 @@ double EffectiveAttenuation(double mu_a, double mu_s) {
   return std::sqrt(3.0 * mu_a * (mu_a + mu_s));
 }
 
-// Share of a response that is left at frequency k.
+// Share of a response that is left at frequency k: linear in its square between the table's.
 double ShareAt(const TransformTable& table, double mu_a, double k_per_mm) {
   const auto k = TableFrequencies_per_mm();
   const auto above = std::lower_bound(k.begin(), k.end(), k_per_mm);
-  const std::size_t i = std::min<std::size_t>(above - k.begin(), k.size() - 1);
+  const std::size_t high = std::min<std::size_t>(above - k.begin(), k.size() - 1);
+  const std::size_t low = high > 0 ? high - 1 : 0;
   const double total = table.At(mu_a, 0);
-  return total > 0.0 ? std::clamp(table.At(mu_a, i) / total, 0.0, 1.0) : 1.0;
+  if (!(total > 0.0)) return 1.0;
+  const double step = k[high] * k[high] - k[low] * k[low];
+  const double way = step > 0.0 ? std::min((k_per_mm * k_per_mm - k[low] * k[low]) / step, 1.0) : 1.0;
+  return std::clamp(std::lerp(table.At(mu_a, low), table.At(mu_a, high), way) / total, 0.0, 1.0);
 }
 
 // How far closed forms are off under light that goes on: what of the scene's contrast transport would level
