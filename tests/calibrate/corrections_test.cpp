@@ -199,8 +199,8 @@ TEST(Steps, StrayLightIsBelievedAsFarAsItIsKnown) {
   SimulatedSession simulated("gray_50.toml", change, OneBand);
   RigOptics& optics = simulated.session().rig.optics;
   const auto note = [&] {
-    for (const StepRecord& step :
-         CalibrateFrames(simulated.session(), simulated.Reader(), {}).bands[0].steps) {
+    const CalibrationResult result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+    for (const StepRecord& step : result.bands[0].steps) {
       if (step.step == Step::kStrayLight) return std::stod(step.note);
     }
     return 0.0;
