@@ -16,9 +16,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kPatchSessions = 3;      // their noise is no bias
-constexpr double kTapeSigma = 0.0012;  // its texture, mean of what lies around the window
-constexpr double kStrayLightSigma = 0.0005, kLeakSigma = 0.0003;
+constexpr int kPatchSessions = 3;  // their noise is no bias
 
 // Four rows of four; those darker than tape lie inside, since beside tape they would have no edge.
 const std::vector<double> kPatches{0.50, 0.35, 0.80, 0.18, 0.95, 0.02, 0.10, 0.50,
@@ -63,16 +61,6 @@ BenchConfig DrawBench(std::mt19937_64& random, CalibrationStudyRig& drawn, RigCo
   drawn.nonlinearity_stated = Uniform(random) < 0.5;
   if (drawn.nonlinearity_stated) rig.optics.nonlinearity = Known{bench.nonlinearity, 0.0005};
   return bench;
-}
-
-// Light that is none of skin's own, and what the rig's owner knows of it. Drawn from a stream of its own, so
-// that all else of a rig is what it was before.
-void DrawStrayLight(std::mt19937_64& random, CalibrationStudyRig& drawn, BenchConfig& bench, RigConfig& rig) {
-  bench.stray_light = drawn.stray_light = Between(random, 0.0, 0.02);
-  rig.optics.stray_light = Known{bench.stray_light, kStrayLightSigma};
-  rig.optics.tape_reflectance = Known{bench.tape_reflectance, kTapeSigma};
-  bench.polarizer_leak = drawn.leak = Between(random, 0.0, 0.02);
-  rig.optics.polarization->leak = Known{bench.polarizer_leak, kLeakSigma};
 }
 
 // `repeat`: the same once more, with other numbers of shots, by which flash, motion and noise are drawn.
@@ -136,9 +124,7 @@ CalibrationStudyRig CalibrationStage::Run(std::uint64_t seed, int number) {
   CalibrationStudyRig rig;
   auto random = RandomStream(seed, "calibration study", static_cast<std::uint64_t>(number));
   RigConfig skin_rig = stage.skin_rig;
-  BenchConfig bench_config = DrawBench(random, rig, skin_rig);
-  auto stray = RandomStream(seed, "calibration study, stray light", static_cast<std::uint64_t>(number));
-  DrawStrayLight(stray, rig, bench_config, skin_rig);
+  const BenchConfig bench_config = DrawBench(random, rig, skin_rig);
   rig.seed = random() & 0x7FFFFFFF;
   RigConfig patch_rig = stage.patch_rig;
   patch_rig.optics = skin_rig.optics;
@@ -177,8 +163,6 @@ nlohmann::json ToJson(const CalibrationStudyRig& r) {
           {"stretch", r.stretch},
           {"exposure", r.exposure},
           {"blur_px", r.blur_px},
-          {"stray_light", r.stray_light},
-          {"leak", r.leak},
           {"nonlinearity_stated", r.nonlinearity_stated},
           {"bias", r.bias},
           {"bias_mid_gray", r.bias_mid_gray},
@@ -205,8 +189,6 @@ CalibrationStudyRig CalibrationStudyRigFromJson(const nlohmann::json& j) {
   j.at("stretch").get_to(r.stretch);
   j.at("exposure").get_to(r.exposure);
   j.at("blur_px").get_to(r.blur_px);
-  j.at("stray_light").get_to(r.stray_light);
-  j.at("leak").get_to(r.leak);
   j.at("nonlinearity_stated").get_to(r.nonlinearity_stated);
   j.at("bias").get_to(r.bias);
   j.at("bias_mid_gray").get_to(r.bias_mid_gray);

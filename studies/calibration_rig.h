@@ -13,7 +13,7 @@ namespace dermap {
 struct CalibrationStudyRig {
   std::uint64_t seed = 0;
   double flash_drift = 0, vignetting = 0, unevenness = 0, tilt_deg = 0, motion_mm = 0, rotation_deg = 0,
-         stretch = 0, exposure = 0, blur_px = 0, stray_light = 0, leak = 0;
+         stretch = 0, exposure = 0, blur_px = 0;
   bool nonlinearity_stated = false;  // by the rig; else it is left to the session's own frames
   // Patches of 0.02 to 0.95 in two bands: largest error of a patch's mean, reflectance. Bias is what the mean
   // of several sessions leaves; a single one has the noise of its patches' photons and of the gray card's as

@@ -16,7 +16,7 @@ std::string Csv(const CalibrationStudy& study) {
   out << "# dermap study calibration --rigs " << study.options.rigs << " --seed " << study.options.seed
       << "; reflectances as fractions, lengths in mm or pixels of the patch\n"
          "rig,seed,flash_drift,vignetting,unevenness,tilt_deg,motion_mm,rotation_deg,stretch,exposure,blur_"
-         "px,stray_light,leak,nonlinearity_stated,"
+         "px,nonlinearity_stated,"
          "bias,bias_mid_gray,error_once,error_mid_gray_once,chi2_once,chi2_per_dof,chi2_sharp,alignment_"
          "error_px,"
          "window_error_px,dropped_bands,"
@@ -24,15 +24,15 @@ std::string Csv(const CalibrationStudy& study) {
   int number = 0;
   for (const auto& r : study.rigs) {
     char line[400];
-    std::snprintf(line, sizeof line,
-                  "%d,%llu,%.4f,%.3f,%.3f,%.2f,%.3f,%.2f,%.4f,%.3f,%.3f,%.4f,%.4f,%d,%.6f,%.6f,%.6f,%.6f,%."
-                  "4f,%.4f,%.4f,%."
-                  "4f,%.4f,%d,%d\n",
-                  number++, static_cast<unsigned long long>(r.seed), r.flash_drift, r.vignetting,
-                  r.unevenness, r.tilt_deg, r.motion_mm, r.rotation_deg, r.stretch, r.exposure, r.blur_px,
-                  r.stray_light, r.leak, r.nonlinearity_stated ? 1 : 0, r.bias, r.bias_mid_gray, r.error_once,
-                  r.error_mid_gray_once, r.chi2_once, r.chi2_per_dof, r.chi2_sharp, r.alignment_error_px,
-                  r.window_error_px, r.dropped_bands, r.failure.empty() ? 0 : 1);
+    std::snprintf(
+        line, sizeof line,
+        "%d,%llu,%.4f,%.3f,%.3f,%.2f,%.3f,%.2f,%.4f,%.3f,%.3f,%d,%.6f,%.6f,%.6f,%.6f,%.4f,%.4f,%.4f,%."
+        "4f,%.4f,%d,%d\n",
+        number++, static_cast<unsigned long long>(r.seed), r.flash_drift, r.vignetting, r.unevenness,
+        r.tilt_deg, r.motion_mm, r.rotation_deg, r.stretch, r.exposure, r.blur_px,
+        r.nonlinearity_stated ? 1 : 0, r.bias, r.bias_mid_gray, r.error_once, r.error_mid_gray_once,
+        r.chi2_once, r.chi2_per_dof, r.chi2_sharp, r.alignment_error_px, r.window_error_px, r.dropped_bands,
+        r.failure.empty() ? 0 : 1);
     out << line;
   }
   return out.str();

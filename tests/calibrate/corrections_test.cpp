@@ -192,15 +192,15 @@ TEST(Steps, StrayLightIsMendedUnderEveryFilterPattern) {
 }
 
 // What is known beforehand and what the tape says, by inverse variance. By hand: a tape known to 0.005 of a
-// frame whose mean is half of Spectralon's tells the share to 0.005 / (0.5 - 0.03) or so, 0.011; stated to
-// 0.001 it stays where it was stated, within 0.001 (0.001 / 0.011)^2 or so of it.
+// frame whose mean is a quarter of Spectralon's tells the share to 0.005 / (0.26 - 0.03), 0.022; what was
+// stated to 0.001 moves by 0.01 (0.001 / 0.022)^2, 2e-5; what was stated to 0.5 counts for nothing.
 TEST(Steps, StrayLightIsBelievedAsFarAsItIsKnown) {
   const auto change = [](Scene& scene) { scene.bench.stray_light = 0.03; };
   SimulatedSession simulated("gray_50.toml", change, OneBand);
   RigOptics& optics = simulated.session().rig.optics;
   const auto note = [&] {
-    for (const StepRecord& step :
-         CalibrateFrames(simulated.session(), simulated.Reader(), {}).bands[0].steps) {
+    const CalibrationResult result = CalibrateFrames(simulated.session(), simulated.Reader(), {});
+    for (const StepRecord& step : result.bands[0].steps) {
       if (step.step == Step::kStrayLight) return std::stod(step.note);
     }
     return 0.0;
