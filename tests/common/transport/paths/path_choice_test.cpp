@@ -79,6 +79,12 @@ TEST(BandChoice, TakesNoMoreThanASceneNeeds) {
   EXPECT_EQ(choices[0].rung, Rung::kLocal);
   EXPECT_NEAR(local[0](3, 5), wide.LocalReflectance(0, AverageSkin(), TissueConfig{}.junction_absorbance),
               1e-5);
+  ImagingConditions huge = Conditions(64, Illumination::kUniform);
+  huge.pixel_size_mm = 2000.0;  // no light goes from one pixel to the next
+  ForwardOptions exact;
+  exact.tolerance = 1e-4;
+  Model(bands, huge, exact, "exact").Render(FreckledSkin(64, 2), {}, &choices);
+  EXPECT_EQ(choices[0].rung, Rung::kLocal);
   window.Render(uniform, {}, &choices);
   EXPECT_EQ(choices[0].rung, Rung::kHomogeneous);
   window.Render(FreckledSkin(64, 2), {}, &choices);
