@@ -118,7 +118,6 @@ void BandRenderer::RenderPaths(const BandOptics::Node& optics, const LocalTotals
       *std::max_element(transmittance_.values().begin(), transmittance_.values().end());
   scene.uniform_besides =
       conditions_.illumination == Illumination::kUniform && same(transmittance_) && (!light || same(*light));
-  scene.will_change = keep_;
   choice_ = ChooseModel(optics.tables, totals, optics.mu_s_dermis, scene, black_tape, conditions_, options_,
                         most_terms);
   if (choice_.rung == Rung::kLocal) {

@@ -42,7 +42,7 @@ double ShareAt(const TransformTable& table, double mu_a, double k_per_mm) {
 }
 
 // How far closed forms are off under light that goes on: what of the scene's contrast transport would level
-// out, up to the frequencies that its pixels can hold. A change may have any contrast.
+// out, up to the frequencies that its pixels can hold.
 double LocalError(const BandTables& tables, const LocalTotals& totals, const SceneRange& scene,
                   double pixel_size_mm) {
   const auto position = [](double mu_a) { return PositionInTable(static_cast<float>(mu_a)); };
@@ -51,7 +51,7 @@ double LocalError(const BandTables& tables, const LocalTotals& totals, const Sce
       totals.Reflectance(position(scene.epidermis.lowest), position(scene.dermis.lowest), A);
   const double dark =
       totals.Reflectance(position(scene.epidermis.highest), position(scene.dermis.highest), A);
-  const double contrast = scene.will_change ? 1.0 : (bright - dark) / (bright + dark);
+  const double contrast = (bright - dark) / (bright + dark);
   const double k = std::numbers::pi / pixel_size_mm;
   const double left = std::min(ShareAt(tables.r1_forward.transforms(), scene.epidermis.lowest, k),
                                ShareAt(tables.r2_diffuse.transforms(), scene.dermis.lowest, k));
@@ -76,8 +76,9 @@ BandChoice ChooseModel(const BandTables& tables, const LocalTotals& totals, doub
   BandChoice choice;
   const bool window = conditions.illumination == Illumination::kWindow;
   if (!window && scene.uniform_besides && options.path_lengths == kAutomaticPaths) {
-    choice.error = std::hypot(LocalError(tables, totals, scene, conditions.pixel_size_mm), kTables);
-    if (choice.error <= kShareOfTolerance * options.tolerance) {
+    const double transport = LocalError(tables, totals, scene, conditions.pixel_size_mm);
+    choice.error = std::hypot(transport, kTables);
+    if (transport <= kShareOfTolerance * options.tolerance && kTables <= options.tolerance) {
       choice.rung = Rung::kLocal;
       return choice;
     }

@@ -13,7 +13,6 @@ struct SceneRange {
   AbsorptionRange epidermis, dermis;
   double most_transmittance = 1.0;  // of the junction
   bool uniform_besides = false;     // junction and light are the same everywhere
-  bool will_change = false;  // derivatives will be asked for: neighbours matter even where skin is even
 };
 
 // `tables` and `totals` are the centre's; reduced scattering in 1/mm. Path lengths are not chosen yet: they

@@ -289,11 +289,8 @@ void PathLight::SetStray(double mu_s, Stray& stray) const {
 }
 
 void PathLight::Render(const SeriesInput& input, PathPlans& plans, bool keep, PlaneF& reflectance) {
-  const auto range = [&](const PlaneF& mu_a) {
-    return keep ? RangeToChange(mu_a) : RangeOf(mu_a, options_.tolerance);
-  };
-  plan_ = plans.Get(input.tables, range(input.mu_a_epidermis), range(input.mu_a_dermis), input.black_tape,
-                    frames_, options_);
+  plan_ = plans.Get(input.tables, RangeOf(input.mu_a_epidermis, options_.tolerance),
+                    RangeOf(input.mu_a_dermis, options_.tolerance), input.black_tape, frames_, options_);
   graph_.Clear(keep);
   SetStray(input.mu_s_epidermis, stray_epidermis_);
   SetStray(input.mu_s_dermis, stray_dermis_);

@@ -184,35 +184,15 @@ void FindExtremes(const float* values, std::size_t n, float& least, float& most)
 
 }  // namespace
 
-namespace {
-
-constexpr double kLeastChange = 0.1;  // of the logarithm, to either side
-
-double InTables(double mu_a) {
-  return std::clamp(mu_a, kTableMinMuA, kTableMaxMuA);
-}
-
-AbsorptionRange Rounded(double low, double high) {
-  const double step = RangeStep(high - low), margin = 0.25 * step;
-  return {InTables(std::exp(std::floor((low - margin) / step) * step)),
-          InTables(std::exp(std::ceil((high + margin) / step) * step))};
-}
-
-}  // namespace
-
 AbsorptionRange RangeOf(const PlaneF& mu_a, double tolerance) {
   float least = mu_a.data()[0], most = least;
   FindExtremes(mu_a.data(), mu_a.size(), least, most);
-  if (InTables(most) <= (1.0 + tolerance) * InTables(least)) return {InTables(least), InTables(most)};
-  return Rounded(std::log(InTables(least)), std::log(InTables(most)));
-}
-
-AbsorptionRange RangeToChange(const PlaneF& mu_a) {
-  float least = mu_a.data()[0], most = least;
-  FindExtremes(mu_a.data(), mu_a.size(), least, most);
-  const double low = std::log(InTables(least)), high = std::log(InTables(most));
-  const double widen = std::max(kLeastChange - 0.5 * (high - low), 0.0);
-  return Rounded(low - widen, high + widen);
+  const auto bounded = [](double value) { return std::clamp(value, kTableMinMuA, kTableMaxMuA); };
+  if (bounded(most) <= (1.0 + tolerance) * bounded(least)) return {bounded(least), bounded(most)};
+  const double low = std::log(bounded(least)), high = std::log(bounded(most));
+  const double step = RangeStep(high - low), margin = 0.25 * step;
+  return {bounded(std::exp(std::floor((low - margin) / step) * step)),
+          bounded(std::exp(std::ceil((high + margin) / step) * step))};
 }
 
 namespace {

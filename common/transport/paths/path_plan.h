@@ -36,9 +36,6 @@ struct AbsorptionRange {
 };
 // Of a map whose values differ by no more than `tolerance`, relative: just as wide as it is.
 AbsorptionRange RangeOf(const PlaneF& mu_a, double tolerance = 0.0);
-// For a render that will be differentiated: a single path length renders even skin, but does not know how its
-// responses change. So a tenth to either side at least.
-AbsorptionRange RangeToChange(const PlaneF& mu_a);
 
 struct PathPlan {
   // One layer's responses: planes of transforms, [path].

@@ -77,35 +77,6 @@ TEST(DerivativesOfPaths, AreTheLimitOfDifferences) {
   }
 }
 
-// Source: differences of renders as exact as they get. Even skin renders by closed forms or by one kernel,
-// but a spot on it is blurred.
-TEST(DerivativesOfPaths, KnowTheNeighboursOfEvenSkin) {
-  for (const Illumination light : {Illumination::kUniform, Illumination::kWindow}) {
-    const Case c{64, light, Tape::kFree, Coupling::kReciprocal, false};
-    const ForwardModel model = ModelOf(c, kBands);
-    ForwardOptions strict = model.options();
-    strict.tolerance = 1e-5;
-    const ForwardModel judge = model.With(strict);
-    const ParameterMaps even(64, 64, AverageSkin());
-    ParameterMaps spot(64, 64, ParameterVector{});
-    for (int k = 0; k < kParameterCount; ++k)
-      for (int y = 28; y < 36; ++y)
-        for (int x = 28; x < 36; ++x) spot.planes[k](x, y) = static_cast<float>(0.2 * AverageSkin()[k]);
-    const std::vector<PlaneF> product = model.Tangent(even, spot);
-    const double step = 0.25;
-    const auto more = judge.Render(Moved(even, spot, step)), less = judge.Render(Moved(even, spot, -step));
-    for (int b = 0; b < 3; ++b) {
-      double off = 0.0, square = 0.0;
-      for (std::size_t i = 0; i < product[b].size(); ++i) {
-        const double expected = (double(more[b].data()[i]) - less[b].data()[i]) / (2.0 * step);
-        off += std::pow(product[b].data()[i] - expected, 2);
-        square += expected * expected;
-      }
-      EXPECT_LT(std::sqrt(off / square), 0.02) << b << (light == Illumination::kWindow ? " window" : "");
-    }
-  }
-}
-
 // The engines made of Gaussians read tables that are linear between 256 absorptions: their render has a kink
 // at each. Every pixel is moved to the middle between two, and never changed by as much as the way to them.
 void StayBetweenEntries(const Absorbers& absorbers, ParameterMaps& maps, ParameterMaps& change) {
