@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "fit/window_sums.h"
+
 namespace dermap {
 namespace {
 
@@ -18,6 +20,7 @@ constexpr double kSteepestFall = 0.12, kGuessFall = 0.5, kGuessPixels = 2.0, kGu
 constexpr double kScatterData = 6.0;
 // The guess at a pixel's activity counts as if so many details had been seen.
 constexpr double kActivityData = 4.0, kLargestActivity = 30.0;
+constexpr int kActivityReach = 1;  // pixels around that it is estimated from
 // Of an octave's details over those of all octaves in earlier fits, variances.
 constexpr double kSmallestFactor = 1e-6, kLargestFactor = 100.0;
 
@@ -45,35 +48,21 @@ double UnforeseenScatter(const DetailStatistics& mean, std::span<const double> s
              : 0.0;
 }
 
-// Sums over 3 x 3 pixels, fewer at a border.
-PlaneF AroundEach(const PlaneF& plane) {
-  const int width = plane.width(), height = plane.height();
-  PlaneF rows(width, height), sums(width, height);
-  for (int y = 0; y < height; ++y)
-    for (int x = 0; x < width; ++x)
-      for (int u = std::max(x - 1, 0); u <= std::min(x + 1, width - 1); ++u) rows(x, y) += plane(u, y);
-  for (int y = 0; y < height; ++y)
-    for (int v = std::max(y - 1, 0); v <= std::min(y + 1, height - 1); ++v)
-      for (int x = 0; x < width; ++x) sums(x, y) += rows(x, v);
-  return sums;
-}
-
 // Where a coarser octave has detail the finer ones have it, too (M. J. Wainwright and E. P. Simoncelli, NIPS
 // 12, 2000: scale mixtures of Gaussians). Skin is quiet between freckles: what the data cannot tell there
 // does not vary as it does at their edges.
-void UpdateActivity(const PlaneF& energy, const PlaneF& told, const PlaneF& coarser, PlaneF& variance,
-                    PlaneF& details) {
+// `energy` and `told` by pixel: squares over the octave's variance, and how many details they determine.
+PlaneF ActivityFrom(const PlaneF& energy, const PlaneF& told, const PlaneF& coarser) {
   const GridShape shape{energy.width(), energy.height()};
-  variance = coarser.empty() ? PlaneF(shape.width, shape.height, 1.0f) : Interpolate(coarser, shape);
-  const PlaneF squares = AroundEach(energy);
-  details = AroundEach(told);
-  for (std::size_t i = 0; i < variance.size(); ++i) {
-    float& value = variance.data()[i];
-    float& count = details.data()[i];
-    count = std::max(count, 0.0f) + static_cast<float>(kActivityData);
+  PlaneF activity = coarser.empty() ? PlaneF(shape.width, shape.height, 1.0f) : Interpolate(coarser, shape);
+  const PlaneF squares = SumsAround(energy, kActivityReach), details = SumsAround(told, kActivityReach);
+  for (std::size_t i = 0; i < activity.size(); ++i) {
+    float& value = activity.data()[i];
+    const double count = std::max(details.data()[i], 0.0f) + kActivityData;
     value = static_cast<float>(std::clamp((squares.data()[i] + kActivityData * value) / count,
                                           1.0 / kLargestActivity, kLargestActivity));
   }
+  return activity;
 }
 
 // One factor for the covariance of all parameters' details.
@@ -153,22 +142,14 @@ double GuessedVariance(const DetailView& model, int octave, int j) {
 
 const PlaneF* DetailView::ActivityOf(std::size_t octave, GridShape shape, Parameter p) const {
   if (link || octave + 1 >= prior.size()) return nullptr;
-  const PlaneF& plane = activity[octave].variance[static_cast<std::size_t>(PigmentOf(p))];
+  const PlaneF& plane = activity[octave][static_cast<std::size_t>(PigmentOf(p))];
   return plane.width() == shape.width && plane.height() == shape.height ? &plane : nullptr;
-}
-
-const PlaneF* DetailView::ActivityDetailsOf(std::size_t octave, GridShape shape, Parameter p) const {
-  return ActivityOf(octave, shape, p) ? &activity[octave].details[static_cast<std::size_t>(PigmentOf(p))]
-                                      : nullptr;
 }
 
 Activity Enlarged(const Activity& coarse, GridShape fine) {
   Activity enlarged;
-  for (std::size_t p = 0; p < kPigmentCount; ++p) {
-    if (coarse.variance[p].size() <= 1) continue;
-    enlarged.variance[p] = Interpolate(coarse.variance[p], fine);
-    enlarged.details[p] = Interpolate(coarse.details[p], fine);
-  }
+  for (std::size_t p = 0; p < kPigmentCount; ++p)
+    if (!coarse[p].empty()) enlarged[p] = Interpolate(coarse[p], fine);
   return enlarged;
 }
 
@@ -189,9 +170,8 @@ void Update(std::span<const DetailStatistics> statistics, int count, DetailView 
     }
     for (std::size_t p = 0; p < kPigmentCount; ++p)
       if (!octave.energy[p].empty())
-        UpdateActivity(octave.energy[p], octave.told[p],
-                       l + 1 < top ? model.activity[l + 1].variance[p] : PlaneF(),
-                       model.activity[l].variance[p], model.activity[l].details[p]);
+        model.activity[l][p] =
+            ActivityFrom(octave.energy[p], octave.told[p], l + 1 < top ? model.activity[l + 1][p] : PlaneF());
   }
   for (int l = 0; l <= top; ++l) {
     const double guess = GuessedScatter(model.scatter, l);

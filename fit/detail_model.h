@@ -19,11 +19,8 @@ enum class Pigment { kMelanin, kBloodEpidermis, kCarotene, kBloodDermis, kInk };
 inline constexpr std::size_t kPigmentCount = 5;
 Pigment PigmentOf(Parameter p);
 
-// By pigment, of an octave's pixels; empty: not known.
-struct Activity {
-  std::array<PlaneF, kPigmentCount> variance;  // of a pixel's details over the octave's
-  std::array<PlaneF, kPigmentCount> details;   // from how many that is known
-};
+// By pigment: variance of each pixel's details over the octave's; empty: not known.
+using Activity = std::array<PlaneF, kPigmentCount>;
 
 // What earlier fits say (fit/learnt_prior.h), in scaled units of the free parameters.
 struct LinkedPrior {
@@ -65,7 +62,6 @@ struct DetailView {
 
   // Over the octave's variance. Null: 1 everywhere.
   const PlaneF* ActivityOf(std::size_t octave, GridShape shape, Parameter p) const;
-  const PlaneF* ActivityDetailsOf(std::size_t octave, GridShape shape, Parameter p) const;
 };
 DetailView ViewFrom(DetailModel& model, int first);
 

@@ -141,12 +141,13 @@ FitResult Collect(const PatchProblem& problem, const FitData& data, MethodOutcom
     WidenByLocalScatter(problem, outcome.state.misfit, ExpectedScatter(outcome, result), sigma);
   };
   widen(result.sigma);
-  ParameterMaps telling = result.sigma;
-  if (!outcome.telling_variance.empty()) {
-    telling = SigmaMaps(problem, outcome.telling_variance);
+  if (outcome.telling_variance.empty()) {
+    result.flags = FlagsOf(problem, outcome.state, result.sigma);
+  } else {
+    ParameterMaps telling = SigmaMaps(problem, outcome.telling_variance);
     widen(telling);
+    result.flags = FlagsOf(problem, outcome.state, telling);
   }
-  result.flags = FlagsOf(problem, outcome.state, telling);
   FlagUnexplained(problem, outcome.noise_variance, result.sigma, result.flags);
   if (outcome.grossly_told) FlagAll(problem, kFlagUnexplained, result.flags);
   result.unexplained_share = UnexplainedShare(data, result.flags);

@@ -57,7 +57,6 @@ class LevelSolver {
         noise_(level_.noise_inflation * model.scatter[index]) {
     for (const Parameter p : problem.space().free()) {
       activity_.push_back(model.ActivityOf(index, level_.shape, p));
-      activity_details_.push_back(model.ActivityDetailsOf(index, level_.shape, p));
       pigment_.push_back(static_cast<std::size_t>(PigmentOf(p)));
     }
   }
@@ -151,8 +150,7 @@ class LevelSolver {
     if (top_ || link_ || details_[j] <= 0.0) return 0.0;
     const double open = std::min(variance * PrecisionAt(i, j), 1.0);
     const double shrunk = open * (level_.detail[j].data()[i] + change);
-    const double here = activity_details_[j] ? 2.0 / activity_details_[j]->data()[i] : 0.0;
-    return (2.0 / details_[j] + here) * shrunk * shrunk;
+    return 2.0 / details_[j] * shrunk * shrunk;
   }
 
   // What earlier fits say, as a quadratic form of the mean's distance or of the detail.
@@ -274,9 +272,9 @@ class LevelSolver {
   double share_;  // of the pixels' dimensions that this octave's details span
   double noise_;  // variance of the noise over what `weight` says
   std::vector<PlaneF> change_, variance_;
-  std::vector<const PlaneF*> activity_, activity_details_;  // [free parameter]; null: 1 everywhere
-  std::vector<std::size_t> pigment_;                        // likewise
-  std::array<PlaneF, kPigmentCount> told_;                  // how much of its parameters the data decide
+  std::vector<const PlaneF*> activity_;     // [free parameter]; null: 1 everywhere
+  std::vector<std::size_t> pigment_;        // likewise
+  std::array<PlaneF, kPigmentCount> told_;  // how much of its parameters the data decide
 };
 
 }  // namespace

@@ -36,9 +36,8 @@ enum class DescentMetric {
 // Asked between steps, from the fit's own thread: true ends the fit where it stands.
 using StopFunction = std::function<bool()>;
 
-// Relative: how well calibration and tables know a band. Measured is 0.001 (exact_judged_test, `dermap study
-// calibration`); half as much again, since intervals must also hold for sessions that are not as good.
-inline constexpr double kSharedError = 1.5e-3;
+// Relative: how well calibration and tables know a band (exact_judged_test, `dermap study calibration`).
+inline constexpr double kSharedError = 1e-3;
 
 struct FitOptions {
   FitMethod method = FitMethod::kFast;

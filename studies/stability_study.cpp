@@ -135,7 +135,11 @@ StabilityStudy RunStabilityStudy(const std::filesystem::path& folder, const Stab
   study.verdicts = {{"points that are silently wrong", static_cast<double>(study.silently_wrong.size()), 0.0},
                     {"points that are right, yet with more than 5 % of the pixels flagged that noise leaves "
                      "identifiable",
-                     static_cast<double>(study.flagged_inside.size()), 0.0}};
+                     static_cast<double>(study.flagged_inside.size()), 0.0},
+                    {"points whose data, which are no rubbish, were refused",
+                     static_cast<double>(std::count_if(study.points.begin(), study.points.end(),
+                                                       [](const auto& p) { return !p.refusal.empty(); })),
+                     0.0}};
   return study;
 }
 

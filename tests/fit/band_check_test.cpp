@@ -14,7 +14,6 @@ FastOutcome FitWithGain(double melanin, int band, double gain) {
   const ForwardModel model = testing::MakeModel(testing::EightBands(), testing::Window(7.5 / 32));
   ReflectanceStack stack = testing::NoisyStack(model, testing::SpottedSkin(32, melanin), 0.005, 9);
   for (float& value : stack.reflectance[band].values()) value *= static_cast<float>(gain);
-  stack.shared_error = 1e-3;  // bands that are known as well as they can be
   FitData data = testing::Prepared(stack);
   const ModelMaker maker = [](const ImagingConditions& conditions) {
     return testing::MakeModel(testing::EightBands(), conditions);

@@ -299,7 +299,7 @@ std::shared_ptr<const PathPlan> PathPlans::Get(const BandTables& tables, const A
     const auto same = [&](const std::shared_ptr<Entry>& e) {
       return e->tables == &tables && e->epidermis == epidermis && e->dermis == dermis &&
              e->black_tape == black_tape && e->width == frames.patch.width &&
-             e->height == frames.patch.height;
+             e->height == frames.patch.height && e->margin_mm == frames.margin_mm;
     };
     const auto found = std::find_if(entries_.begin(), entries_.end(), same);
     if (found != entries_.end()) {

@@ -101,5 +101,19 @@ TEST(PathLight, RangesAreStableUnderSmallChanges) {
   EXPECT_GT(before.highest, 2.0);
 }
 
+// Skins of the same range may take part to different margins: a plan is of the grid that it is asked for, or
+// what reads it reads past its end.
+TEST(PathPlans, AreOfTheGridTheyAreAskedFor) {
+  PathPlans plans;
+  const ForwardOptions options;
+  const AbsorptionRange range{0.1, 0.5};
+  for (const double margin_mm : {1.0, 3.0, 1.0}) {
+    const PathFrames frames(64, 64, Conditions(64, Illumination::kWindow), margin_mm, options);
+    const auto plan = plans.Get(TestTables(560.0, "exact"), range, range, false, frames, options);
+    EXPECT_EQ(plan->r2_diffuse.planes[0].width(), frames.transforms().width) << margin_mm;
+    EXPECT_EQ(plan->r2_diffuse_rest.planes[0].width(), frames.rest.width) << margin_mm;
+  }
+}
+
 }  // namespace
 }  // namespace dermap
