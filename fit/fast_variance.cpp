@@ -62,6 +62,22 @@ void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome, s
   }
 }
 
+// The mean is known as well as error bars allow for. That holds as much of what its residuals showed beyond
+// what was expected. Changes `detail`.
+std::vector<PlaneF> VarianceAllowedFor(const PatchProblem& problem, const FitState& state, DetailView detail,
+                                       const SkinPoint& fixed) {
+  const FitData& data = problem.data();
+  const double allowed = data.shared_error_allowance * data.shared_error;
+  const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state, allowed);
+  const OctaveLevel& mean = levels.back();
+  const double added = (allowed * allowed - data.shared_error * data.shared_error) / mean.noise_inflation;
+  double expected = 0.0;  // of the variance that is allowed for
+  for (const PlaneF& weight : mean.weight) expected += std::max(1.0 - added * weight.data()[0], 0.0);
+  expected /= static_cast<double>(mean.weight.size());
+  detail.scatter.back() = std::max(expected * detail.scatter.back(), 1.0);
+  return SolveInOctaves(problem, levels, detail, fixed).variance;
+}
+
 }  // namespace
 
 void FastVariance::HoldFixed(const PatchProblem& problem, const FitState& state, const DetailModel& detail,
@@ -111,16 +127,18 @@ std::vector<PlaneF> FastVariance::WithAll(const PatchProblem& problem, const Fas
   state.maps = WithJunction(std::move(state.maps), outcome.fixed[kParameterCount]);
   const DetailView detail = ViewFrom(model, first);
   LeaveFixedUneven(all.space(), outcome, detail.prior);
-  OctaveStep step = SolveInOctaves(all, LineariseInOctaves(all, state), detail, outcome.fixed);
-  std::vector<PlaneF> variance;
-  for (const Parameter p : outcome.free)
-    variance.push_back(std::move(step.variance[static_cast<std::size_t>(p)]));
+  std::vector<PlaneF> of_all = VarianceAllowedFor(all, state, detail, outcome.fixed), variance;
+  for (const Parameter p : outcome.free) variance.push_back(std::move(of_all[static_cast<std::size_t>(p)]));
   return variance;
 }
 
 std::vector<PlaneF> FastVariance::Of(const PatchProblem& problem, const FastOutcome& outcome, int first,
                                      OctaveStep& last) const {
-  if (!IsAnyHeld(outcome)) return std::move(last.variance);
+  if (!IsAnyHeld(outcome)) {
+    if (problem.data().shared_error_allowance == 1.0) return std::move(last.variance);
+    DetailModel model = outcome.detail;
+    return VarianceAllowedFor(problem, outcome.state, ViewFrom(model, first), outcome.fixed);
+  }
   DetailModel all = DetailOfAll(outcome, first);
   ThinInk(outcome, mean_ink_, all.prior);
   return WithAll(problem, outcome, std::move(all), first);
@@ -135,10 +153,9 @@ std::vector<PlaneF> FastVariance::OfNoise(const PatchProblem& problem, const Fas
   DetailModel quiet = held ? DetailOfAll(outcome, first) : outcome.detail;
   if (held) ThinInk(outcome, ink_, quiet.prior);  // as if calibration were right
   std::fill(quiet.scatter.begin(), quiet.scatter.end(), 1.0);
-  std::vector<PlaneF> variance = held ? WithAll(problem, outcome, std::move(quiet), first)
-                                      : SolveInOctaves(problem, LineariseInOctaves(problem, outcome.state),
-                                                       ViewFrom(quiet, first), outcome.fixed)
-                                            .variance;
+  std::vector<PlaneF> variance =
+      held ? WithAll(problem, outcome, std::move(quiet), first)
+           : VarianceAllowedFor(problem, outcome.state, ViewFrom(quiet, first), outcome.fixed);
   outcome.doubts.AddUnlikelyTo(outcome.free, variance);
   return variance;
 }

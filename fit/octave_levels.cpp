@@ -114,14 +114,15 @@ void CoarsenResiduals(std::vector<OctaveLevel>& levels) {
   if (levels.size() > 1) LimitWeights(levels.back());
 }
 
-std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state) {
+std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state,
+                                            double shared_error) {
   const FitData& data = problem.data();
   std::vector<OctaveLevel> levels;
   double side = 1.0;
   for (const GridShape shape : OctaveShapes(data.width(), data.height())) {
     OctaveLevel& level = levels.emplace_back();
     level.shape = shape;
-    level.shared_error = std::hypot(data.shared_error, 0.5 * problem.model().options().tolerance);
+    level.shared_error = std::hypot(shared_error, 0.5 * problem.model().options().tolerance);
     level.noise_inflation = MeanNoiseInflation(data, side);
     side *= 2.0;
     if (levels.size() == 1)

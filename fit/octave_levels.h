@@ -23,8 +23,12 @@ struct OctaveLevel {
   std::vector<PlaneF> position, detail;
 };
 
-// Finest first, down to a single pixel.
-std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state);
+// Finest first, down to a single pixel. `shared_error`: FitData's own, or what error bars allow for.
+std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state,
+                                            double shared_error);
+inline std::vector<OctaveLevel> LineariseInOctaves(const PatchProblem& problem, const FitState& state) {
+  return LineariseInOctaves(problem, state, problem.data().shared_error);
+}
 // Makes the residuals of all levels anew from those of the finest.
 void CoarsenResiduals(std::vector<OctaveLevel>& levels);
 

@@ -38,6 +38,9 @@ using StopFunction = std::function<bool()>;
 
 // Relative: how well calibration and tables know a band (exact_judged_test, `dermap study calibration`).
 inline constexpr double kSharedError = 1e-3;
+// Error bars allow for so many times that where nobody has said how well a band is known: what is expected
+// decides what the fit makes of the data, and a single session may be twice as far off.
+inline constexpr double kUnstatedAllowance = 2.0;
 
 struct FitOptions {
   FitMethod method = FitMethod::kFast;

@@ -153,6 +153,7 @@ FitData PrepareStack(const ReflectanceStack& stack, const FitOptions& options, i
   data.bands = stack.bands;
   data.conditions = ConditionsOf(stack, options);
   data.shared_error = SharedErrorOf(stack, options);
+  if (!options.shared_error && !stack.shared_error) data.shared_error_allowance = kUnstatedAllowance;
   if (!options.shared_error && stack.shared_error)
     decisions.push_back(
         fmt::format("All pixels of a band share an error of {:g} of its reflectance, as the stack says.",

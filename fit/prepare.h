@@ -20,9 +20,10 @@ struct FitData {
   std::vector<PlaneF> sigma;     // one standard deviation; NaN where `measured` is
   // Correlation of the noise of pixels 1, 2, ... apart; empty: independent.
   std::vector<float> noise_correlation_x, noise_correlation_y;
-  double shared_error = 0.0;   // relative, of all data of a band: no mean is known better
-  Plane<std::uint8_t> fitted;  // 1 where a pixel has at least as many data as free parameters
-  Plane<std::uint32_t> flags;  // FitFlag bits known before the fit
+  double shared_error = 0.0;            // relative, of all data of a band: no mean is known better
+  double shared_error_allowance = 1.0;  // error bars allow for so many times that
+  Plane<std::uint8_t> fitted;           // 1 where a pixel has at least as many data as free parameters
+  Plane<std::uint32_t> flags;           // FitFlag bits known before the fit
 
   int width() const { return measured.empty() ? 0 : measured[0].width(); }
   int height() const { return measured.empty() ? 0 : measured[0].height(); }

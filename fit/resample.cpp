@@ -96,6 +96,7 @@ FitData ReduceData(const FitData& data, int size, int free_count) {
   reduced.bands = data.bands;
   reduced.conditions = data.conditions;
   reduced.shared_error = data.shared_error;
+  reduced.shared_error_allowance = data.shared_error_allowance;
   reduced.conditions.pixel_size_mm *= factor;
   const PlaneF missing(width, height, std::numeric_limits<float>::quiet_NaN());
   reduced.measured.assign(data.bands.size(), missing);
