@@ -62,20 +62,13 @@ void LeaveFixedUneven(const ParameterSpace& space, const FastOutcome& outcome, s
   }
 }
 
-// The mean is known as well as error bars allow for. That holds as much of what its residuals showed beyond
-// what was expected. Changes `detail`.
-std::vector<PlaneF> VarianceAllowedFor(const PatchProblem& problem, const FitState& state, DetailView detail,
-                                       const SkinPoint& fixed) {
+// What all pixels of a band share counts as so much larger, and with it what the mean's residuals showed of
+// it: a handful of numbers may miss as much again.
+std::vector<PlaneF> VarianceAllowedFor(const PatchProblem& problem, const FitState& state,
+                                       const DetailView& detail, const SkinPoint& fixed) {
   const FitData& data = problem.data();
   const double allowed = data.shared_error_allowance * data.shared_error;
-  const std::vector<OctaveLevel> levels = LineariseInOctaves(problem, state, allowed);
-  const OctaveLevel& mean = levels.back();
-  const double added = (allowed * allowed - data.shared_error * data.shared_error) / mean.noise_inflation;
-  double expected = 0.0;  // of the variance that is allowed for
-  for (const PlaneF& weight : mean.weight) expected += std::max(1.0 - added * weight.data()[0], 0.0);
-  expected /= static_cast<double>(mean.weight.size());
-  detail.scatter.back() = std::max(expected * detail.scatter.back(), 1.0);
-  return SolveInOctaves(problem, levels, detail, fixed).variance;
+  return SolveInOctaves(problem, LineariseInOctaves(problem, state, allowed), detail, fixed).variance;
 }
 
 }  // namespace
