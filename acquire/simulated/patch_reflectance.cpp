@@ -23,7 +23,7 @@ std::vector<PlaneF> RenderNodes(const Scene& scene, const Band& band, const Imag
 }
 
 // A plane of any size on the patch's grid, linearly between the middles of its pixels.
-PlaneF OnPatch(const PlaneF& plane) {
+PlaneF Interpolated(const PlaneF& plane) {
   PlaneF patch(kPatchSize_px, kPatchSize_px);
   const double scale_x = static_cast<double>(plane.width()) / kPatchSize_px;
   const double scale_y = static_cast<double>(plane.height()) / kPatchSize_px;
@@ -41,6 +41,29 @@ PlaneF OnPatch(const PlaneF& plane) {
     }
   }
   return patch;
+}
+
+// Means of the patch's pixels in width x height cells.
+PlaneF CellMeans(const PlaneF& patch, int width, int height) {
+  PlaneF means(width, height);
+  const int across = kPatchSize_px / width, down = kPatchSize_px / height;
+  for (int y = 0; y < kPatchSize_px; ++y)
+    for (int x = 0; x < kPatchSize_px; ++x)
+      means(x / across, y / down) += patch(x, y) / static_cast<float>(across * down);
+  return means;
+}
+
+// Smooth, and such that what falls on each pixel of the plane is what the plane says: interpolation alone
+// would blur it, and skin that was known would no longer be what reflects this light.
+PlaneF OnPatch(const PlaneF& plane) {
+  constexpr int kCorrections = 40;  // the slowest, a checkerboard, shrinks by a quarter each time
+  if (kPatchSize_px % plane.width() != 0 || kPatchSize_px % plane.height() != 0) return Interpolated(plane);
+  PlaneF nodes = plane;
+  for (int i = 0; i < kCorrections; ++i) {
+    const PlaneF means = CellMeans(Interpolated(nodes), plane.width(), plane.height());
+    for (std::size_t k = 0; k < nodes.size(); ++k) nodes.data()[k] += plane.data()[k] - means.data()[k];
+  }
+  return Interpolated(nodes);
 }
 
 // The scene's own stack, band by band, as a reflectance factor of the rig's geometry.

@@ -4,9 +4,11 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
+#include "common/files/stack.h"
 #include "common/transport/forward_model.h"
 #include "tests/acquire/support.h"
 
@@ -49,6 +51,28 @@ TEST(PatchReflectance, MeanIsTheIntegralOverTheFilter) {
   EXPECT_LT(largest, 6e-4);
   // And the filter's width does matter here: its centre alone would be further off.
   EXPECT_GT(std::abs(planes[4](128, 128) / mean(128, 128) - 1.0f), 1e-3f);
+}
+
+// Light that was judged in cells reaches the bench as it was judged: the mean over each cell is the stack's.
+TEST(PatchReflectance, StackOfCellsKeepsTheirMeans) {
+  const RigConfig rig = ReadRig(ConfigDirectory() / "rigs" / "simulated_8lines.toml");
+  const Scene scene = ReadScene(ConfigDirectory() / "scenes" / "monte_carlo_skin.toml", rig.window_mm);
+  const ReflectanceStack judged = ReadReflectanceStack(scene.reflectance);
+  const PatchReflectance patch = RenderPatch(scene, rig);
+  const PlaneF& cells = judged.reflectance[3];
+  const int side = kPatchSize_px / cells.width();
+  const PlaneF mean = patch.Mean()[3];
+  double lowest = 1e9, highest = 0.0;
+  for (int y = 0; y < cells.height(); ++y)
+    for (int x = 0; x < cells.width(); ++x) {
+      double sum = 0.0;
+      for (int row = y * side; row < (y + 1) * side; ++row)
+        sum += std::accumulate(mean.Row(row) + x * side, mean.Row(row) + (x + 1) * side, 0.0);
+      const double ratio = sum / (side * side) / cells(x, y);
+      lowest = std::min(lowest, ratio);
+      highest = std::max(highest, ratio);
+    }
+  EXPECT_NEAR(highest / lowest, 1.0, 1e-4);  // one factor: that of the rig's geometry
 }
 
 // A test pattern reflects the same at every wavelength, by definition.
