@@ -13,6 +13,7 @@
 #include "calibrate/polarization.h"
 #include "calibrate/raw_frame.h"
 #include "calibrate/session_sheet.h"
+#include "calibrate/target_frames.h"
 #include "calibrate/write_calibration.h"
 #include "common/files/atomic_file.h"
 #include "common/files/picture.h"

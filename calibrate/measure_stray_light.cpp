@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <filesystem>
 
 #include "calibrate/corrections.h"
 #include "calibrate/linearity.h"
@@ -19,7 +18,7 @@ namespace {
 constexpr double kFewestOfStretch = 20;  // photosites
 constexpr double kDifferent = 0.05;      // of white: means of a bright and of a dark target's frame
 constexpr double kMostSigma = 0.004;     // of the share
-constexpr double kUneven = 0.015;        // of the share, by one stretch of tape against all
+constexpr double kUneven = 0.006;        // of the share, by one stretch of tape against all
 constexpr double kNegative = 3.0;        // sigmas
 constexpr double kDarkTarget = 0.1;      // reflectance
 constexpr int kRounds = 6;
@@ -107,6 +106,17 @@ std::vector<Line> LinesOf(const BandTargets& band, double share, double tape,
                    "the window's side wide, in every frame");
 }
 
+// Tape that moved lets a target be seen in its place, on one side.
+void CheckEven(const BandTargets& band, const std::vector<Line>& lines, double share) {
+  for (const Line& line : lines) {
+    if (std::abs(line.slope() - share) < kUneven) continue;
+    throw InputError(band.frames[0].file + ": a stretch of tape tells a stray light of " +
+                     Short(100 * line.slope()) + " %, all of it one of " + Short(100 * share) +
+                     " %; expected the same all around the window: the tape moved between the targets, or "
+                     "something shades it: capture both anew");
+  }
+}
+
 StrayLightBand ShareOf(const BandTargets& band, const std::optional<Known>& stated) {
   StrayLightBand found;
   found.wavelength_nm = band.band.wavelength_nm;
@@ -123,6 +133,7 @@ StrayLightBand ShareOf(const BandTargets& band, const std::optional<Known>& stat
     found.share.value = sum.slope();
     found.tape = sum.intercept;
   }
+  if (!stated) CheckEven(band, lines, found.share.value);  // else texture counts
   // What stretches differ by, texture that moved and light that is not spread evenly, and what they share.
   double scatter = 0.0;
   for (const Line& line : lines) scatter += std::pow(line.covariance - found.share.value * line.variance, 2);
@@ -261,22 +272,6 @@ StrayLightMeasurement MeasureStrayLight(const Session& session, const FrameReade
     found.leak = NotNegative(leak, "the leak", "the dark target reflects less than --dark-reflectance says");
   }
   return found;
-}
-
-Session JoinSessions(const Session& first, const Session& second) {
-  if (first.rig.name != second.rig.name || first.rig.gray_card_region != second.rig.gray_card_region) {
-    throw InputError(second.directory.string() + " was captured on the rig '" + second.rig.name + "', " +
-                     first.directory.string() + " on '" + first.rig.name +
-                     "'; expected two sessions of one rig");
-  }
-  Session joined = first;
-  const int last = first.frames.empty() ? 0 : first.frames.back().number;
-  for (FrameRecord frame : second.frames) {
-    frame.number += last;
-    frame.file = (std::filesystem::absolute(second.directory) / frame.file).string();
-    joined.frames.push_back(std::move(frame));
-  }
-  return joined;
 }
 
 std::string StrayLightToml(const StrayLightMeasurement& measurement) {

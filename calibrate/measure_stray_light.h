@@ -34,9 +34,6 @@ struct StrayLightMeasurement {
 StrayLightMeasurement MeasureStrayLight(const Session& session, const FrameReader& read,
                                         const std::optional<Known>& dark_target);
 
-// Two sessions of one rig, a target each, as one.
-Session JoinSessions(const Session& first, const Session& second);
-
 // Keys for rig.toml.
 std::string StrayLightToml(const StrayLightMeasurement& measurement);
 

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 
 #include "calibrate/band_frames.h"
 #include "calibrate/corrections.h"
@@ -115,6 +116,22 @@ std::vector<BandTargets> ReadTargets(const Session& session, const FrameReader& 
     targets.push_back(ReadBand(context, band, white));
   }
   return targets;
+}
+
+Session JoinSessions(const Session& first, const Session& second) {
+  if (first.rig.name != second.rig.name || first.rig.gray_card_region != second.rig.gray_card_region) {
+    throw InputError(second.directory.string() + " was captured on the rig '" + second.rig.name + "', " +
+                     first.directory.string() + " on '" + first.rig.name +
+                     "'; expected two sessions of one rig");
+  }
+  Session joined = first;
+  const int last = first.frames.empty() ? 0 : first.frames.back().number;
+  for (FrameRecord frame : second.frames) {
+    frame.number += last;
+    frame.file = (std::filesystem::absolute(second.directory) / frame.file).string();
+    joined.frames.push_back(std::move(frame));
+  }
+  return joined;
 }
 
 }  // namespace dermap

@@ -32,4 +32,7 @@ struct BandTargets {
 std::vector<BandTargets> ReadTargets(const Session& session, const FrameReader& read,
                                      const BlackFrames& blacks, const PixelRegion& card);
 
+// Two sessions of one rig, a target each, as one.
+Session JoinSessions(const Session& first, const Session& second);
+
 }  // namespace dermap

@@ -10,6 +10,7 @@
 #include "calibrate/calibrate.h"
 #include "calibrate/failure.h"
 #include "calibrate/stray_light.h"
+#include "calibrate/target_frames.h"
 #include "tests/calibrate/simulated_session.h"
 
 namespace dermap {
@@ -128,7 +129,7 @@ TEST(MeasureStrayLight, RefusesWhatDoesNotTellIt) {
   Targets gray(0.8, 0.3);
   EXPECT_THAT(ErrorOf(gray, Known{0.0, 1e-4}),
               AllOf(HasSubstr("the darkest target"), HasSubstr("black one")));
-  Targets moved(0.8, 0.0, {}, 0.7);
+  Targets moved(0.8, 0.0, {}, 0.5);
   EXPECT_THAT(ErrorOf(moved), HasSubstr("tape moved between the targets"));
   Targets bright(0.8, 0.0, [](BenchConfig& b) { b.white_electrons *= 1.6; });
   EXPECT_THAT(ErrorOf(bright), AllOf(HasSubstr("are saturated"), HasSubstr("lower the ISO")));
