@@ -9,8 +9,11 @@
 #include "calibrate/check_picture.h"
 #include "calibrate/failure.h"
 #include "calibrate/folder_session.h"
+#include "calibrate/measure_stray_light.h"
 #include "calibrate/polarization.h"
 #include "calibrate/raw_frame.h"
+#include "calibrate/session_sheet.h"
+#include "calibrate/target_frames.h"
 #include "calibrate/write_calibration.h"
 #include "common/files/atomic_file.h"
 #include "common/files/picture.h"
@@ -34,24 +37,45 @@ StepSet StepsOf(const std::vector<std::string>& names) {
   return steps;
 }
 
-// A frame that cannot be used leaves its picture, OUTPUT.failure.png, and nothing else.
+[[noreturn]] void FailWithPicture(const std::filesystem::path& output, const std::string& message,
+                                  const Plane<Rgb8>& picture) {
+  const auto path = Beside(output, ".failure.png");
+  WritePng(path, picture);
+  throw InputError(message + " (see " + path.string() + ")");
+}
+
+// A frame that cannot be used leaves its picture, OUTPUT.failure.png, one that is not there a picture of the
+// session as it was found; and nothing else.
 template <class Work>
-auto OrShow(const std::filesystem::path& output, const Work& work) {
+auto OrShow(const std::filesystem::path& output, const Session& session, const Work& work) {
   try {
     return work();
   } catch (const CaptureFailure& failure) {
-    const auto picture = Beside(output, ".failure.png");
-    WritePng(picture, failure.picture());
-    throw InputError(std::string(failure.what()) + " (see " + picture.string() + ")");
+    FailWithPicture(output, failure.what(), failure.picture());
+  } catch (const InputError& error) {
+    const SessionSheet sheet = DrawSessionSheet(session);
+    if (sheet.bad == 0) throw;
+    FailWithPicture(output, error.what(), sheet.picture);
   }
 }
 
-Outcome MeasureAndWrite(const Session& session, bool verify, const std::filesystem::path& toml_path) {
-  if (verify) VerifyFrames(session);
-  const PolarizationMeasurement found = OrShow(toml_path, [&] {
-    return MeasurePolarization(
-        session, [&](const FrameRecord& record) { return ReadBayerFrame(session.directory / record.file); });
-  });
+Session ReadAnySession(const std::filesystem::path& session_dir, const std::filesystem::path& files_toml,
+                       const std::filesystem::path& output) {
+  if (files_toml.empty()) return ReadSession(session_dir);
+  try {
+    return ReadFolderSession(files_toml);
+  } catch (const UnreadableFrame& failure) {
+    FailWithPicture(output, failure.what(), DrawSessionSheet(failure.session()).picture);
+  }
+}
+
+FrameReader ReaderOf(const Session& session) {
+  return [&session](const FrameRecord& record) { return ReadBayerFrame(session.directory / record.file); };
+}
+
+Outcome WritePolarization(const Session& session, const std::filesystem::path& toml_path) {
+  const PolarizationMeasurement found =
+      OrShow(toml_path, session, [&] { return MeasurePolarization(session, ReaderOf(session)); });
   WriteFileAtomically(toml_path, PolarizationToml(found));
   Outcome outcome;
   for (const PolarizationBand& band : found.bands) {
@@ -72,6 +96,42 @@ Outcome MeasureAndWrite(const Session& session, bool verify, const std::filesyst
                                {"spectralon_sigma", b.spectralon.sigma},
                                {"skin", b.skin.value},
                                {"skin_sigma", b.skin.sigma}});
+    }
+  };
+  return outcome;
+}
+
+Outcome WriteStrayLight(const Session& session, const std::optional<Known>& dark_target,
+                        const std::filesystem::path& toml_path) {
+  const StrayLightMeasurement found =
+      OrShow(toml_path, session, [&] { return MeasureStrayLight(session, ReaderOf(session), dark_target); });
+  WriteFileAtomically(toml_path, StrayLightToml(found));
+  Outcome outcome;
+  char line[200];
+  for (const StrayLightBand& band : found.bands) {
+    std::snprintf(line, sizeof line, "%6.1f nm  stray light %.5f +- %.5f  tape %.4f%s\n", band.wavelength_nm,
+                  band.share.value, band.share.sigma, band.tape,
+                  band.leak ? ("  leak " + FormatValue(band.leak->value)).c_str() : "");
+    outcome.text += line;
+  }
+  std::snprintf(line, sizeof line, "stray light %.5f +- %.5f\n", found.share.value, found.share.sigma);
+  outcome.text += line;
+  if (found.leak) {
+    std::snprintf(line, sizeof line, "leak %.5f +- %.5f\n", found.leak->value, found.leak->sigma);
+    outcome.text += line;
+  }
+  outcome.text += toml_path.string() + "\n";
+  outcome.fill_json = [found, toml_path](nlohmann::json& json) {
+    json = {{"toml", toml_path.string()},
+            {"stray_light", found.share.value},
+            {"stray_light_sigma", found.share.sigma},
+            {"bands", nlohmann::json::array()}};
+    if (found.leak) json["leak"] = found.leak->value, json["leak_sigma"] = found.leak->sigma;
+    for (const StrayLightBand& b : found.bands) {
+      json["bands"].push_back({{"wavelength_nm", b.wavelength_nm},
+                               {"stray_light", b.share.value},
+                               {"stray_light_sigma", b.share.sigma},
+                               {"tape_reflectance", b.tape}});
     }
   };
   return outcome;
@@ -120,6 +180,9 @@ int RunCalibrateCommand(int argc, char** argv) {
   bool no_align = false;
   bool no_verify = false;
   bool polarization = false;
+  bool stray_light = false;
+  std::filesystem::path dark_dir;
+  Known dark_target{0.0, 0.001};
   auto* session_option = command.app().add_option("SESSION", session_dir, "The session folder");
   command.app()
       .add_option("--from-folder", files_toml,
@@ -127,18 +190,36 @@ int RunCalibrateCommand(int argc, char** argv) {
       ->excludes(session_option);
   command.app().add_flag("--polarization", polarization,
                          "Measure the polarizer's amplitudes from s and p frames; -o names a TOML file");
+  auto* stray_option = command.app().add_flag("--stray-light", stray_light,
+                                              "Measure the lens's stray light from a white and a black "
+                                              "target behind the window in the tape; -o names a "
+                                              "TOML file");
+  command.app()
+      .add_option("--dark-target", dark_dir, "With --stray-light: another session, of the black target")
+      ->needs(stray_option);
+  auto* dark_option =
+      command.app()
+          .add_option("--dark-reflectance", dark_target.value,
+                      "With --stray-light: what the black target reflects from below its surface; tells the "
+                      "polarizers' leak")
+          ->check(Within(0.0, 0.1))
+          ->needs(stray_option);
+  command.app()
+      .add_option("--dark-reflectance-sigma", dark_target.sigma, "How well that is known (default 0.001)")
+      ->check(Within(0.0, 0.1))
+      ->needs(dark_option);
   command.app().add_option("-o,--output", stack_path, "STACK.exr, or STACK.hdr for ENVI")->required();
   command.app()
       .add_option("--size", options.patch_px, "Pixels along a side of the patch (default 256)")
-      ->check(CLI::Range(16, 2048));
+      ->check(Within(16, 2048));
   command.app()
       .add_option("--edge-mask-px", options.edge_mask_px,
                   "Pixels along the tape that are marked invalid (default 5)")
-      ->check(CLI::Range(0.0, 64.0));
+      ->check(Within(0.0, 64.0));
   command.app()
       .add_option("--spectralon-factor", options.spectralon_factor,
                   "Factor on the certificate's reflectance, for polarized light (default 1)")
-      ->check(CLI::Range(0.5, 2.0));
+      ->check(Within(0.5, 2.0));
   command.app().add_flag("--no-align", no_align, "Align bands by the window alone");
   std::vector<std::string> skip;
   command.app()
@@ -155,14 +236,23 @@ int RunCalibrateCommand(int argc, char** argv) {
     if (session_dir.empty() == files_toml.empty())
       throw InputError("nothing to calibrate; expected a SESSION folder, or --from-folder FILES.toml");
     const bool foreign = !files_toml.empty();
-    const Session session = foreign ? ReadFolderSession(files_toml) : ReadSession(session_dir);
+    const Session session = ReadAnySession(session_dir, files_toml, stack_path);
     if (foreign) options.verify_hashes = false;  // nobody wrote any down
-    if (polarization) return MeasureAndWrite(session, options.verify_hashes, stack_path);
+    if (polarization && stray_light)
+      throw InputError("--polarization and --stray-light are two measurements; expected one of them");
+    if (polarization || stray_light) {
+      const Session measured = dark_dir.empty() ? session : JoinSessions(session, ReadSession(dark_dir));
+      if (options.verify_hashes) OrShow(stack_path, measured, [&] { VerifyFrames(measured); });
+      if (polarization) return WritePolarization(measured, stack_path);
+      return WriteStrayLight(measured, dark_option->count() > 0 ? std::optional(dark_target) : std::nullopt,
+                             stack_path);
+    }
     ProgressBar bar("calibrate");
     const CalibrationResult result =
-        OrShow(stack_path, [&] { return CalibrateSession(session, options, bar.Function()); });
+        OrShow(stack_path, session, [&] { return CalibrateSession(session, options, bar.Function()); });
     FileBatch files;  // stack, record and pictures, or nothing
     WriteCalibration(stack_path, result);
+    if (LacksFrames(session)) WritePng(Beside(stack_path, ".missing.png"), DrawSessionSheet(session).picture);
     if (check) WritePng(Beside(stack_path, ".check.png"), CheckPicture(result));
     files.Commit();
     return Summarize(result, stack_path.string());

@@ -19,7 +19,7 @@ int RunCalibrationStudyCommand(int argc, char** argv) {
   command.app()
       .add_option("-o,--output", folder, "The folder to write calibration.{json,csv} to")
       ->required();
-  command.app().add_option("--rigs", options.rigs, "Random rigs (default 50)")->check(CLI::Range(1, 100000));
+  command.app().add_option("--rigs", options.rigs, "Random rigs (default 50)")->check(Within(1, 100000));
   command.app().add_option("--seed", options.seed, "Everything random follows from it (default 1)");
   return command.Run(argc, argv, [&] {
     ProgressBar bar("study calibration");
@@ -33,6 +33,8 @@ int RunCalibrationStudyCommand(int argc, char** argv) {
                     limit);
       outcome.text += text;
     };
+    line("stray_light_error", study.stray_light_error, "none");
+    line("leak_error", study.leak_error, "none");
     line("bias", study.bias, "0.002");
     line("bias_mid_gray", study.bias_mid_gray, "0.001");
     line("error_mid_gray_once", study.error_mid_gray_once, "none");

@@ -30,7 +30,7 @@ CommandLine::CommandLine(const std::string& name, const std::string& summary)
     : app_(summary, "dermap " + name) {
   app_.add_flag("--json", json_, "Print one JSON object on stdout instead of text");
   app_.add_flag("-v,--verbose", verbose_, "Log what is being done on stderr");
-  app_.add_option("--threads", threads_, "Threads to use (default 0: all cores)")->check(CLI::Range(0, 4096));
+  app_.add_option("--threads", threads_, "Threads to use (default 0: all cores)")->check(Within(0, 4096));
   app_.footer(
       "Exit codes: 0 done, 1 ran but did not reach its goal, 2 bad usage or input, 3 device, 4 storage.\n"
       "File formats: docs/formats.md");

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <cmath>
 #include <functional>
 #include <nlohmann/json_fwd.hpp>
 #include <string>
@@ -19,6 +20,20 @@ struct Outcome {
   std::string text;
   std::function<void(nlohmann::json&)> fill_json;
 };
+
+// CLI::Range, which takes "nan" for any number, without that.
+template <class T>
+CLI::Validator Within(T low, T high) {
+  const CLI::Range range(low, high);
+  CLI::Validator within = range;
+  within.operation([range](std::string& text) {
+    const std::string fault = range(text);
+    double value = 0.0;
+    const bool none = CLI::detail::lexical_cast(text, value) && std::isnan(value);
+    return fault.empty() && none ? "Value " + text + " is not a number" : fault;
+  });
+  return within;
+}
 
 class CommandLine {
  public:

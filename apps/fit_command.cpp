@@ -60,25 +60,25 @@ void AddOptions(CLI::App& app, FitArguments& args) {
                  "Skin there: edge (default: as at the window's edge) | mirrored | mean");
   app.add_option("--shared-error", args.options.shared_error,
                  "Error that all pixels of a band share, relative (default: the stack's, else 0.001)")
-      ->check(CLI::Range(0.0, 0.1));
+      ->check(Within(0.0, 0.1));
   app.add_option("--tolerance", args.options.tolerance,
                  "How far a render may be off, relative (default 0: a tenth of the noise)")
-      ->check(CLI::Range(0.0, 0.1));
+      ->check(Within(0.0, 0.1));
   app.add_option("--free", args.free,
                  "auto (default: by evidence), or names: C_m,beta_m,C_he,C_bc,C_hd,junction_absorbance");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the stack's own")
-      ->check(CLI::Range(1e-4, 100.0));
+      ->check(Within(1e-4, 100.0));
   app.add_option("--size", args.options.size,
                  "Fit at this many pixels along the longer side (default 0: by time)")
-      ->check(CLI::Range(0, 8192));
+      ->check(Within(0, 8192));
   app.add_option("--time-budget-s", args.options.time_budget_s,
                  "Seconds that the size is chosen for (default 60)")
-      ->check(CLI::Range(0.1, 1e6));
+      ->check(Within(0.1, 1e6));
   app.add_option("--max-iterations", args.options.max_iterations,
                  "Of descent and ceres (default 400 [D08 6.3])")
-      ->check(CLI::Range(1, 1000000));
+      ->check(Within(1, 1000000));
   app.add_option("--stop-chi2", args.options.stop_chi2, "descent stops at this chi2 (default 1.02; 0: never)")
-      ->check(CLI::Range(0.0, 1e9));
+      ->check(Within(0.0, 1e9));
   app.add_option("--config", args.config, "TOML with a [tissue] table");
   CLI::Option* prior =
       app.add_option("--prior", args.prior, "What earlier fits found, for images of few bands such as RGB");

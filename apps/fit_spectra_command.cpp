@@ -50,7 +50,7 @@ void AddOptions(CLI::App& app, FitSpectraArguments& args) {
   app.add_option("--range-nm", args.range, "Wavelengths that are fitted (default 400,720)");
   app.add_option("--fwhm-nm", args.options.instrument.fwhm_nm,
                  "Width of each band (default 10; 0: monochromatic)")
-      ->check(CLI::Range(0.0, 100.0));
+      ->check(Within(0.0, 100.0));
   app.add_option(
       "--aperture-mm", args.aperture,
       "Diameters measured and lit, such as 8,11 (default: so wide that no light is lost beside it)");

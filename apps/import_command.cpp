@@ -30,11 +30,11 @@ int RunImportCommand(int argc, char** argv) {
                            "Reflectance of one unit (default: integers 1 / their largest value, floats 1)");
   command.app()
       .add_option("--pixel-size-mm", options.pixel_size_mm, "Side of a pixel on the skin")
-      ->check(CLI::Range(1e-4, 100.0));
+      ->check(Within(1e-4, 100.0));
   command.app()
       .add_option("--relative-sigma", options.relative_sigma,
                   "Noise as a share of the reflectance (default: none)")
-      ->check(CLI::Range(1e-6, 10.0));
+      ->check(Within(1e-6, 10.0));
   const std::map<std::string, Illumination> lights{{"window", Illumination::kWindow},
                                                    {"uniform", Illumination::kUniform}};
   const std::map<std::string, Tape> tapes{{"free", Tape::kFree}, {"black", Tape::kBlack}};

@@ -62,7 +62,7 @@ int RunOpticsCommand(int argc, char** argv) {
   app.add_option("--radial-mm", args.radii, "Add R(r) in 1/mm^2 at these radii, such as 0.03,0.1,0.5");
   app.add_option("--thin-dermis-mm", args.request.thin_dermis_mm,
                  "Add a thin part (an ear): epidermis, dermis of this thickness, epidermis")
-      ->check(CLI::Range(0.001, 100.0));
+      ->check(Within(0.001, 100.0));
   app.add_flag("--single", args.request.single,
                "Add the part of the reflectance that was scattered exactly once");
   return command.Run(argc, argv, [&] { return RunOptics(args); });

@@ -41,12 +41,12 @@ void AddOptions(CLI::App& app, RenderArguments& args) {
   app.add_option("--engine", args.engine, "lowrank | pyramid | cascade (default " + args.engine + ")");
   app.add_option("--tolerance", args.options.forward.tolerance,
                  "How far the render may be off, relative, rms (default 0.001; engine lowrank)")
-      ->check(CLI::Range(1e-6, 0.1));
+      ->check(Within(1e-6, 0.1));
   app.add_option("--beneath-tape", args.beneath_tape,
                  "Skin there: edge (default: as at the window's edge) | mirrored | mean");
   app.add_option("--config", args.config, "TOML with a [tissue] table");
   app.add_option("--pixel-size-mm", args.pixel_size_mm, "Instead of the maps' own")
-      ->check(CLI::Range(1e-4, 100.0));
+      ->check(Within(1e-4, 100.0));
 }
 
 Outcome Summarize(const RenderResult& result, const std::filesystem::path& path) {

@@ -159,6 +159,10 @@ SkinMosaic PrepareSkin(const SessionContext& context, SignalFrame& skin, SignalF
   SkinMosaic whole = MakeMosaic(context, skin, spectralon, spectralon_frames);
   whole.card = card;
   whole.mosaic.scale = certificate.value / card.ratio;
+  const auto& polarization = context.session.rig.optics.polarization;
+  if (polarization && context.skip.count(Step::kLeak) == 0)
+    whole.mosaic.surface =
+        polarization->leak.value / SpectralonSignal(*polarization, record.band.wavelength_nm);
   const Window window = WindowOf(context, whole, skin.record.file);
   spectralon.signal = CropToWindow(window, whole.mosaic);
   MarkDead(whole.mosaic.spectralon, whole.mosaic.period, whole.mosaic.mask);

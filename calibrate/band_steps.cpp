@@ -92,7 +92,10 @@ double CorrectStrayLight(const SessionContext& context, const Window& window, co
       off_skin += share * frames.skin[i] / kinds;
       off_white += share * frames.spectralon[i] / kinds;
     }
-    return (means.skin - off_skin) / means.skin * means.spectralon / (means.spectralon - off_white) - 1.0;
+    const double of_card = skin.card.ratio / CardRatioWithout(share, frames, skin.card);
+    return of_card * (means.skin - off_skin) / means.skin * means.spectralon /
+               (means.spectralon - off_white) -
+           1.0;
   };
   step.sigma = std::abs(effect(found.share.value + found.share.sigma) - effect(found.share.value));
   if (context.skip.count(Step::kStrayLight) != 0) {
@@ -102,7 +105,7 @@ double CorrectStrayLight(const SessionContext& context, const Window& window, co
     return skin.card.ratio;
   }
   step.applied = true;
-  step.effect = effect(found.share.value) + skin.card.ratio / found.card_ratio - 1.0;
+  step.effect = effect(found.share.value);
   step.note =
       Short(100 * found.share.value) + " +- " + Short(100 * found.share.sigma) + " % of the frame's mean";
   RemoveStrayLight(found.share.value, frames, skin.mosaic);

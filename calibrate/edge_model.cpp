@@ -57,6 +57,7 @@ struct Model {
   double expected_share = kSpreads;
   double share = kSpreads;
   double log_length = std::log(kLength_mm);
+  double surface = 0.0;  // of the inside, that loses nothing
   std::array<double, 8> shift{};
   std::vector<std::array<double, kPerSegment>> levels;
   std::array<double, 4> length{};
@@ -112,13 +113,14 @@ double Evaluate(const Model& m, const EdgeSample& p, Terms& out) {
   double by_blur = -step * bell * z / m.blur + across * bell;
   double by_inside = e;
   const Loss lost = LossOf(m, m.reach[edge], d);
-  value -= inside * m.share * lost.loss.loss;
-  by_distance -= inside * m.share * lost.loss.by_distance;
-  by_blur -= inside * m.share * lost.loss.by_blur;
+  const double loses = inside - m.surface;
+  value -= loses * m.share * lost.loss.loss;
+  by_distance -= loses * m.share * lost.loss.by_distance;
+  by_blur -= loses * m.share * lost.loss.by_blur;
   by_inside -= m.share * lost.loss.loss;
   out.shared[kBlur] = by_blur;
-  out.shared[kLossShare] = -inside * lost.loss.loss;
-  out.shared[kLossLength] = -inside * m.share * lost.by_log_length;
+  out.shared[kLossShare] = -loses * lost.loss.loss;
+  out.shared[kLossLength] = -loses * m.share * lost.by_log_length;
   out.shared[kShifts] = -by_distance * (1 - share);
   out.shared[kShifts + 1] = -by_distance * share;
   out.own = {1.0 - e, by_inside, ramp, p.u * e};
@@ -267,6 +269,7 @@ std::optional<std::array<EdgeShift, 4>> FitEdges(const Mosaic& mosaic, const std
   const auto count = static_cast<std::size_t>(samples.segments);
   Model start;
   start.reach = samples.reach;
+  start.surface = mosaic.surface;
   for (std::size_t i = 0; i < 4; ++i) start.length[i] = edges[i].length();
   if (samples.samples.size() < kFewestInSegment * count || !StartLevels(samples.samples, count, start))
     return std::nullopt;

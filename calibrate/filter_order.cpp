@@ -17,10 +17,22 @@ constexpr int kSteps = 40;       // to either side of the centre
 constexpr double kWidths = 2.0;  // of the filter's full width
 constexpr double kFaint = 0.03;  // of the strongest colour: weaker ones are uncertain curves and stray light
 constexpr double kAmbiguous = 0.25;  // logarithm: what curves of another camera of the model differ by
+constexpr double kMostOfCurve = 1e9;
 constexpr double kMuchBetter = 0.4;  // another filter's misfit against the own one's
 
 std::filesystem::path InConfig(const std::filesystem::path& path) {
   return path.is_absolute() ? path : ConfigDirectory() / path;
+}
+
+// Relative numbers, of any unit.
+SampledSpectrum ReadCurve(const std::filesystem::path& path, const std::string& column) {
+  SampledSpectrum curve = ReadSpectrumCsv(InConfig(path), column);
+  for (const double value : curve.values()) {
+    if (value >= 0.0 && value <= kMostOfCurve) continue;
+    throw InputError(path.string() + ": the column '" + column + "' holds " + Short(value) +
+                     "; expected relative numbers from 0 to " + Short(kMostOfCurve));
+  }
+  return curve;
 }
 
 std::size_t ChannelOf(char colour) {
@@ -62,10 +74,9 @@ double Misfit(const std::array<double, kLatticeCount>& a, const std::array<doubl
 
 std::optional<SpectralCurves> ReadSpectralCurves(const RigConfig& rig) {
   if (rig.optics.camera_csv.empty() || rig.optics.flash_csv.empty()) return std::nullopt;
-  const auto camera = InConfig(rig.optics.camera_csv);
-  return SpectralCurves{
-      {ReadSpectrumCsv(camera, "red"), ReadSpectrumCsv(camera, "green"), ReadSpectrumCsv(camera, "blue")},
-      ReadSpectrumCsv(InConfig(rig.optics.flash_csv), "relative_power")};
+  const auto& camera = rig.optics.camera_csv;
+  return SpectralCurves{{ReadCurve(camera, "red"), ReadCurve(camera, "green"), ReadCurve(camera, "blue")},
+                        ReadCurve(rig.optics.flash_csv, "relative_power")};
 }
 
 std::array<double, kLatticeCount> ColoursOfFilter(const SpectralCurves& curves, const Band& band,

@@ -40,7 +40,8 @@ RigConfig ReadFolderRig(TomlTable& file, const fs::path& folder) {
   return rig;
 }
 
-FrameRecord ReadFolderFrame(TomlTable& table, const fs::path& folder) {
+// `unreadable` takes what is wrong with the file, where its header was to be asked.
+FrameRecord ReadFolderFrame(TomlTable& table, const fs::path& folder, std::string& unreadable) {
   FrameRecord frame;
   frame.file = table.RequiredString("file");
   const std::string role = table.RequiredString("role");
@@ -61,7 +62,14 @@ FrameRecord ReadFolderFrame(TomlTable& table, const fs::path& folder) {
     throw InputError(table.Where("polarizer") + ": 'polarizer' is \"" + frame.polarizer +
                      "\"; expected s or p");
   if (frame.exposure_ms == 0.0 || frame.iso == 0) {
-    const RawExposure found = ReadRawExposure(folder / frame.file);
+    RawExposure found;
+    try {
+      found = ReadRawExposure(folder / frame.file);
+    } catch (const InputError& error) {
+      if (unreadable.empty()) unreadable = error.what();
+      table.Finish();
+      return frame;
+    }
     if (frame.exposure_ms == 0.0) frame.exposure_ms = found.exposure_ms;
     if (frame.iso == 0) frame.iso = found.iso;
   }
@@ -94,8 +102,9 @@ Session ReadFolderSession(const fs::path& files_toml) {
   session.directory = folder;
   session.rig = ReadFolderRig(file, folder);
   session.complete = true;
+  std::string unreadable;
   for (TomlTable& table : file.Tables("frame")) {
-    session.frames.push_back(ReadFolderFrame(table, folder));
+    session.frames.push_back(ReadFolderFrame(table, folder, unreadable));
     session.frames.back().number = static_cast<int>(session.frames.size());
   }
   if (session.frames.empty()) {
@@ -105,6 +114,7 @@ Session ReadFolderSession(const fs::path& files_toml) {
   }
   file.Finish();
   NumberSlots(session);
+  if (!unreadable.empty()) throw UnreadableFrame(unreadable, std::move(session));
   return session;
 }
 

@@ -83,7 +83,10 @@ Mosaic Crop(const Mosaic& mosaic, double left, double top, double right, double 
   out.skin = CropPlane(mosaic.skin, x0, y0, x1, y1);
   out.spectralon = CropPlane(mosaic.spectralon, x0, y0, x1, y1);
   out.mask = CropPlane(mosaic.mask, x0, y0, x1, y1);
+  out.skin_off = mosaic.skin_off;
+  out.spectralon_off = mosaic.spectralon_off;
   out.scale = mosaic.scale;
+  out.surface = mosaic.surface;
   out.lens = mosaic.lens;
   out.period = mosaic.period;
   return out;

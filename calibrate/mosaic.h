@@ -18,10 +18,13 @@ namespace dermap {
 struct Mosaic {
   int x0 = 0;  // of this crop within the frame; even
   int y0 = 0;
-  PlaneF skin;         // DN above black
-  PlaneF spectralon;   // DN above black
-  MaskPlane mask;      // 0: usable
-  double scale = 1.0;  // reflectance = scale skin / spectralon: certificate and the flash's drift
+  PlaneF skin;        // DN above black
+  PlaneF spectralon;  // DN above black
+  MaskPlane mask;     // 0: usable
+  // What was taken off the signals of each kind: light all the same, whose shot noise is still in them.
+  OfKinds skin_off{}, spectralon_off{};
+  double scale = 1.0;    // reflectance = scale skin / spectralon: certificate and the flash's drift
+  double surface = 0.0;  // reflectance by light from skin's surface, none that has spread within
   Lens lens;
   int period = 2;  // of the filter pattern
   int width() const { return skin.width(); }

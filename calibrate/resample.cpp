@@ -50,12 +50,16 @@ PhotositeNoise NoiseOfPhotosites(const Mosaic& mosaic, const MosaicNoise& noise)
   out.signals = Plane<PhotositeSignal>(mosaic.width(), mosaic.height());
   out.skin_variance = PlaneF(mosaic.width(), mosaic.height());
   out.spectralon_variance = PlaneF(mosaic.width(), mosaic.height());
+  const std::size_t width = static_cast<std::size_t>(mosaic.width());
   for (std::size_t i = 0; i < out.signals.size(); ++i) {
+    const int kind = KindOf(mosaic.x0 + static_cast<int>(i % width), mosaic.y0 + static_cast<int>(i / width),
+                            mosaic.period);
     const double s = smooth.skin.data()[i];
     const double w = smooth.spectralon.data()[i];
     const double ratio = w > 0.0 ? s / w : 0.0;
-    const double of_skin = noise.skin.Variance(s) + noise.skin_black * noise.skin.read_variance;
-    const double one_white = noise.spectralon.Variance(w);
+    const double of_skin =
+        noise.skin.Variance(s + mosaic.skin_off[kind]) + noise.skin_black * noise.skin.read_variance;
+    const double one_white = noise.spectralon.Variance(w + mosaic.spectralon_off[kind]);
     const double of_white =
         one_white / noise.spectralon_frames + noise.spectralon_black * noise.spectralon.read_variance;
     // d(s/w) by the black of both: -(1 - s/w) / w.

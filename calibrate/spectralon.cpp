@@ -5,6 +5,8 @@
 #include <cassert>
 #include <cmath>
 
+#include "calibrate/statistics.h"
+#include "common/core/error.h"
 #include "common/tissue/tissue.h"
 
 namespace dermap {
@@ -12,16 +14,30 @@ namespace {
 
 constexpr double kWidthsOfFilter = 2.0;  // of its full width at half maximum; 2e-5 of a Gaussian lies beyond
 constexpr int kStepsOfFilter = 80;
+constexpr double kMostReflectance = 1.2;  // a certificate in percent is not taken for one in shares
 
 }  // namespace
 
 SampledSpectrum ReadCertificate(const RigConfig& rig) {
   const std::filesystem::path path =
       rig.spectralon_csv.is_absolute() ? rig.spectralon_csv : ConfigDirectory() / rig.spectralon_csv;
-  return ReadSpectrumCsv(path, "reflectance");
+  SampledSpectrum certificate = ReadSpectrumCsv(path, "reflectance");
+  for (const double value : certificate.values()) {
+    if (value > 0.0 && value <= kMostReflectance) continue;
+    throw InputError(path.string() + ": a reflectance of " + Short(value) +
+                     "; expected shares above 0 and up to " + Short(kMostReflectance) +
+                     ": divide percent by 100");
+  }
+  return certificate;
 }
 
 double CertifiedReflectance(const SampledSpectrum& certificate, const Band& band) {
+  if (band.wavelength_nm < certificate.first_nm() || band.wavelength_nm > certificate.last_nm()) {
+    throw InputError(
+        "the panel's certificate reaches from " + Short(certificate.first_nm()) + " to " +
+        Short(certificate.last_nm()) + " nm, and the session has a band at " + Short(band.wavelength_nm) +
+        " nm; expected a certificate of all bands: name another one as spectralon_csv of the rig");
+  }
   if (band.fwhm_nm <= 0.0) return certificate.At(band.wavelength_nm);
   double sum = 0.0;
   double total = 0.0;

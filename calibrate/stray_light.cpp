@@ -10,79 +10,56 @@ namespace {
 
 constexpr double kClear_px = 5.0;  // from the window's edge: the lens blurs skin into nearer tape
 constexpr int kRounds = 4;
-constexpr double kKnownTape = 1e-6;      // reflectance: a sigma of 0 is taken for this
-constexpr int kFewest = 100;             // photosites of tape
-constexpr double kMostPhotosites = 2e5;  // of a mosaic that are looked at, about
-
-struct TapeSums {
-  OfKinds skin{}, spectralon{}, count{};
-};
-
-TapeSums SumTape(const Mosaic& mosaic, const Window& window) {
-  const Homography unit_from_camera = window.camera_from_unit.Inverse();
-  const double clear = kClear_px / window.smallest_side_px;
-  // Steps that share no factor with any pattern, so that all kinds are met.
-  const double share = double(mosaic.width()) * mosaic.height() / kMostPhotosites;
-  int step = 1;
-  while (step * step < share) step += step % 6 == 1 ? 4 : 2;
-  TapeSums sums;
-  for (int y = 0; y < mosaic.height(); y += step) {
-    for (int x = 0; x < mosaic.width(); x += step) {
-      if (mosaic.mask(x, y) != 0) continue;
-      const Point p =
-          unit_from_camera(mosaic.lens.IdealFromPhotosites({mosaic.x0 + x + 0.5, mosaic.y0 + y + 0.5}));
-      if (std::max({-p.x, -p.y, p.x - 1.0, p.y - 1.0}) < clear) continue;
-      const int i = KindOf(mosaic.x0 + x, mosaic.y0 + y, mosaic.period);
-      sums.skin[i] += mosaic.skin(x, y);
-      sums.spectralon[i] += mosaic.spectralon(x, y);
-      sums.count[i] += 1.0;
-    }
-  }
-  return sums;
-}
+constexpr double kKnownTape = 1e-6;  // reflectance: a sigma of 0 is taken for this
+constexpr int kFewest = 100;         // photosites of tape
+constexpr double kAnyDistance = 1e9;
 
 }  // namespace
 
 StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const FrameMeans& means,
                               const GrayCardRatio& card, double certificate,
                               const std::optional<Known>& tape_reflectance, const Known& expected) {
-  const TapeSums tape = SumTape(mosaic, window);
-  double skin = 0, white = 0, skin_mean = 0, white_mean = 0, count = 0;
-  for (int i = 0; i < kMostKinds; ++i) {
-    skin += tape.skin[i];
-    white += tape.spectralon[i];
-    skin_mean += tape.count[i] * means.skin[i];
-    white_mean += tape.count[i] * means.spectralon[i];
-    count += tape.count[i];
-  }
+  RegionSignals tape;
+  for (const RegionSignals& stretch :
+       SumTape(mosaic, window, means, kClear_px / window.smallest_side_px, kAnyDistance))
+    tape.Add(stretch);
   StrayLight result;
   result.share = expected;
   result.card_ratio = card.ratio;
-  const bool seen = count >= kFewest && white > 0.0;
-  if (seen) result.tape = certificate / card.ratio * skin / white;
+  const bool seen = tape.count >= kFewest && tape.spectralon > 0.0;
+  if (seen) result.tape = certificate / card.ratio * tape.skin / tape.spectralon;
   const Known tape_is = tape_reflectance.value_or(Known{});
   for (int round = 0; round < kRounds; ++round) {
     const double scale = certificate / result.card_ratio;
-    const double per_share = scale * skin_mean - tape_is.value * white_mean;
+    const double per_share = scale * tape.skin_mean - tape_is.value * tape.spectralon_mean;
     if (seen && tape_reflectance && per_share > 0.0) {
-      const double measured = std::max(0.0, (scale * skin - tape_is.value * white) / per_share);
-      const double sigma = std::max(tape_is.sigma, kKnownTape) * white / per_share;
+      const double measured =
+          std::max(0.0, (scale * tape.skin - tape_is.value * tape.spectralon) / per_share);
+      const double sigma = std::max(tape_is.sigma, kKnownTape) * tape.spectralon / per_share;
       const double belief =
           expected.sigma * expected.sigma / (expected.sigma * expected.sigma + sigma * sigma);
       result.share = {expected.value + belief * (measured - expected.value),
                       expected.sigma * std::sqrt(1.0 - belief)};
     }
-    OfKinds off_skin{}, off_white{};
-    for (int i = 0; i < kMostKinds; ++i) {
-      off_skin[i] = result.share.value * means.skin[i];
-      off_white[i] = result.share.value * means.spectralon[i];
-    }
-    result.card_ratio = card.RatioWithout(off_skin, off_white);
+    result.card_ratio = CardRatioWithout(result.share.value, means, card);
   }
   return result;
 }
 
+double CardRatioWithout(double share, const FrameMeans& means, const GrayCardRatio& card) {
+  OfKinds off_skin{}, off_white{};
+  for (int i = 0; i < kMostKinds; ++i) {
+    off_skin[i] = share * means.skin[i];
+    off_white[i] = share * means.spectralon[i];
+  }
+  return card.RatioWithout(off_skin, off_white);
+}
+
 void RemoveStrayLight(double share, const FrameMeans& means, Mosaic& mosaic) {
+  for (int i = 0; i < kMostKinds; ++i) {
+    mosaic.skin_off[i] += share * means.skin[i];
+    mosaic.spectralon_off[i] += share * means.spectralon[i];
+  }
   for (int y = 0; y < mosaic.height(); ++y) {
     for (int x = 0; x < mosaic.width(); ++x) {
       const int i = KindOf(mosaic.x0 + x, mosaic.y0 + y, mosaic.period);

@@ -3,20 +3,13 @@
 // reflectance the rig states, and by what the rig states of the lens.
 #pragma once
 
-#include <array>
 #include <optional>
 
 #include "calibrate/gray_card.h"
-#include "calibrate/mosaic.h"
-#include "calibrate/window.h"
+#include "calibrate/tape.h"
 #include "common/files/rig_optics.h"
 
 namespace dermap {
-
-struct FrameMeans {  // mean signal of each kind of photosites over the whole frame, DN
-  OfKinds skin{};
-  OfKinds spectralon{};
-};
 
 struct StrayLight {
   Known share;              // of a frame's mean signal that lies on every photosite
@@ -37,7 +30,10 @@ StrayLight EstimateStrayLight(const Mosaic& mosaic, const Window& window, const 
 // Of a lens of which nothing else is known.
 inline constexpr Known kUsualStrayLight{0.0, 0.02};
 
-// Takes it off both frames.
+// The ratio of the gray card's signals, stray light taken off.
+double CardRatioWithout(double share, const FrameMeans& means, const GrayCardRatio& card);
+
+// Takes it off both frames; its shot noise stays.
 void RemoveStrayLight(double share, const FrameMeans& means, Mosaic& mosaic);
 
 }  // namespace dermap

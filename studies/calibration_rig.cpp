@@ -10,6 +10,7 @@
 #include "acquire/simulated/optical_bench.h"
 #include "acquire/simulated/random_field.h"
 #include "calibrate/calibrate.h"
+#include "calibrate/measure_stray_light.h"
 #include "common/core/error.h"
 #include "studies/calibration_judge.h"
 
@@ -17,6 +18,12 @@ namespace dermap {
 namespace {
 
 constexpr int kPatchSessions = 3;  // their noise is no bias
+constexpr double kMostStrayLight = 0.02, kMostLeak = 0.02;
+// Of the session that measures both: targets on a stand, a white one and one of black glass, from within
+// which next to nothing comes back: how little is known to this.
+constexpr double kWhiteTarget = 0.8, kBlackTargetSigma = 1e-4;
+constexpr double kStandShift_mm = 0.05, kStandRotation_deg = 0.2;
+constexpr int kBlackTargetFrames = 1000;  // their numbers begin behind this
 
 // Four rows of four; those darker than tape lie inside, since beside tape they would have no edge.
 const std::vector<double> kPatches{0.50, 0.35, 0.80, 0.18, 0.95, 0.02, 0.10, 0.50,
@@ -80,16 +87,54 @@ Session SessionOf(const RigConfig& rig, const PlanConfig& standard, int repeat =
   return session;
 }
 
+BayerFrame FrameOf(const OpticalBench& bench, const FrameRecord& record) {
+  BayerFrame frame;
+  frame.values = bench.Expose(ShotOf(record));
+  frame.colours = {'R', 'G', 'G', 'B'};
+  frame.black_level = bench.scene().bench.black_level_dn;
+  frame.white_level = kDngWhiteLevel;
+  return frame;
+}
+
 CalibrationResult Calibrate(const OpticalBench& bench, const Session& session) {
+  return CalibrateFrames(session, [&](const FrameRecord& record) { return FrameOf(bench, record); }, {});
+}
+
+Scene TargetScene(const Scene& patches, BenchConfig bench, double reflectance, std::uint64_t seed) {
+  Scene scene = patches;
+  scene.pattern = TestPattern{TestPattern::Kind::kFlat, reflectance, reflectance};
+  bench.motion_shift_mm = kStandShift_mm;
+  bench.motion_rotation_deg = kStandRotation_deg;
+  bench.stretch = bench.stretch_mm = 0.0;
+  scene.bench = bench;
+  scene.seed = seed;
+  return scene;
+}
+
+// What the rig's owner measures of lens and polarizers, by tape and a sensor that is not that of the patches.
+void MeasureLens(std::mt19937_64& random, const Scene& patches, const BenchConfig& bench,
+                 const PlanConfig& plan, CalibrationStudyRig& drawn, RigConfig& rig) {
+  const auto seed = static_cast<std::uint64_t>(random() & 0x7FFFFFFF);
+  const double black = kBlackTargetSigma * std::abs(Normal(random));
+  const OpticalBench white_bench(rig, TargetScene(patches, bench, kWhiteTarget, seed));
+  const OpticalBench black_bench(rig, TargetScene(patches, bench, black, seed));
+  Session session = SessionOf(rig, plan);
+  const std::vector<FrameRecord> white_frames = session.frames;
+  for (FrameRecord frame : white_frames) {
+    if (frame.role != FrameRole::kSkin) continue;
+    frame.number += kBlackTargetFrames;
+    session.frames.push_back(frame);
+  }
   const FrameReader read = [&](const FrameRecord& record) {
-    BayerFrame frame;
-    frame.values = bench.Expose(ShotOf(record));
-    frame.colours = {'R', 'G', 'G', 'B'};
-    frame.black_level = bench.scene().bench.black_level_dn;
-    frame.white_level = kDngWhiteLevel;
-    return frame;
+    return FrameOf(record.number > kBlackTargetFrames ? black_bench : white_bench, record);
   };
-  return CalibrateFrames(session, read, {});
+  const StrayLightMeasurement found = MeasureStrayLight(session, read, Known{0.0, kBlackTargetSigma});
+  rig.optics.stray_light = found.share;
+  rig.optics.polarization->leak = *found.leak;
+  drawn.stray_light_error = found.share.value - bench.stray_light;
+  drawn.stray_light_sigma = found.share.sigma;
+  drawn.leak_error = found.leak->value - bench.polarizer_leak;
+  drawn.leak_sigma = found.leak->sigma;
 }
 
 }  // namespace
@@ -124,12 +169,17 @@ CalibrationStudyRig CalibrationStage::Run(std::uint64_t seed, int number) {
   CalibrationStudyRig rig;
   auto random = RandomStream(seed, "calibration study", static_cast<std::uint64_t>(number));
   RigConfig skin_rig = stage.skin_rig;
-  const BenchConfig bench_config = DrawBench(random, rig, skin_rig);
+  BenchConfig bench_config = DrawBench(random, rig, skin_rig);
   rig.seed = random() & 0x7FFFFFFF;
+  auto lens_random = RandomStream(seed, "calibration study lens", static_cast<std::uint64_t>(number));
+  bench_config.stray_light = rig.stray_light = Between(lens_random, 0.0, kMostStrayLight);
+  bench_config.polarizer_leak = rig.leak = Between(lens_random, 0.0, kMostLeak);
   RigConfig patch_rig = stage.patch_rig;
   patch_rig.optics = skin_rig.optics;
   patch_rig.view_angle_deg = skin_rig.view_angle_deg;
   try {
+    MeasureLens(lens_random, stage.patches, bench_config, stage.plan, rig, patch_rig);
+    skin_rig.optics = patch_rig.optics;
     Scene patches = stage.patches;
     patches.bench = bench_config;
     patches.seed = rig.seed;
@@ -164,6 +214,12 @@ nlohmann::json ToJson(const CalibrationStudyRig& r) {
           {"exposure", r.exposure},
           {"blur_px", r.blur_px},
           {"nonlinearity_stated", r.nonlinearity_stated},
+          {"stray_light", r.stray_light},
+          {"stray_light_error", r.stray_light_error},
+          {"stray_light_sigma", r.stray_light_sigma},
+          {"leak", r.leak},
+          {"leak_error", r.leak_error},
+          {"leak_sigma", r.leak_sigma},
           {"bias", r.bias},
           {"bias_mid_gray", r.bias_mid_gray},
           {"error_once", r.error_once},
@@ -190,6 +246,12 @@ CalibrationStudyRig CalibrationStudyRigFromJson(const nlohmann::json& j) {
   j.at("exposure").get_to(r.exposure);
   j.at("blur_px").get_to(r.blur_px);
   j.at("nonlinearity_stated").get_to(r.nonlinearity_stated);
+  j.at("stray_light").get_to(r.stray_light);
+  j.at("stray_light_error").get_to(r.stray_light_error);
+  j.at("stray_light_sigma").get_to(r.stray_light_sigma);
+  j.at("leak").get_to(r.leak);
+  j.at("leak_error").get_to(r.leak_error);
+  j.at("leak_sigma").get_to(r.leak_sigma);
   j.at("bias").get_to(r.bias);
   j.at("bias_mid_gray").get_to(r.bias_mid_gray);
   j.at("error_once").get_to(r.error_once);

@@ -15,6 +15,10 @@ struct CalibrationStudyRig {
   double flash_drift = 0, vignetting = 0, unevenness = 0, tilt_deg = 0, motion_mm = 0, rotation_deg = 0,
          stretch = 0, exposure = 0, blur_px = 0;
   bool nonlinearity_stated = false;  // by the rig; else it is left to the session's own frames
+  // Shares of the lens's stray light and of the polarizers' leak; what the rig states of them it has measured
+  // on a white and a black target of its own, `error` off, one standard deviation `sigma`.
+  double stray_light = 0, stray_light_error = 0, stray_light_sigma = 0;
+  double leak = 0, leak_error = 0, leak_sigma = 0;
   // Patches of 0.02 to 0.95 in two bands: largest error of a patch's mean, reflectance. Bias is what the mean
   // of several sessions leaves; a single one has the noise of its patches' photons and of the gray card's as
   // well.

@@ -11,7 +11,7 @@
 namespace dermap {
 namespace {
 
-constexpr int kVersion = 4;  // of what is drawn and judged: older points are not gone on with
+constexpr int kVersion = 5;  // of what is drawn and judged: older points are not gone on with
 
 // `best`: the value to be near to.
 MedianAndWorst Summary(const std::vector<CalibrationStudyRig>& rigs,
@@ -57,6 +57,8 @@ CalibrationStudy RunCalibrationStudy(const std::filesystem::path& folder,
     if (rig.chi2_per_dof >= kChi2Low && rig.chi2_per_dof <= kChi2High) ++study.within_chi2;
     if (rig.alignment_error_px < kAlignmentLimit_px) ++study.within_alignment;
   });
+  study.stray_light_error = Summary(study.rigs, [](const auto& r) { return r.stray_light_error; });
+  study.leak_error = Summary(study.rigs, [](const auto& r) { return r.leak_error; });
   study.bias = Summary(study.rigs, [](const auto& r) { return r.bias; });
   study.bias_mid_gray = Summary(study.rigs, [](const auto& r) { return r.bias_mid_gray; });
   study.error_once = Summary(study.rigs, [](const auto& r) { return r.error_once; });

@@ -29,6 +29,7 @@ struct MedianAndWorst {
 struct CalibrationStudy {
   CalibrationStudyOptions options;
   std::vector<CalibrationStudyRig> rigs;
+  MedianAndWorst stray_light_error, leak_error;  // of what the rigs have measured, shares
   MedianAndWorst bias, bias_mid_gray, error_once, error_mid_gray_once, chi2_once, chi2_per_dof, chi2_sharp,
       alignment_error_px, window_error_px, dropped_bands;
   double chi2_once_mean = 0;  // over all rigs: a rig has but six draws of the gray card

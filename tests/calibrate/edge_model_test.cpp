@@ -41,10 +41,13 @@ TEST(BlurredLoss, IsItsIntegral) {
 }
 
 // Farthest corner of one band, photosites, on a bench with `change`; the bench's geometry is the truth.
-double WorstCornerWith(const std::function<void(BenchConfig&)>& change, const char* scene = "gradient.toml") {
+double WorstCornerWith(const std::function<void(BenchConfig&)>& change, const char* scene = "gradient.toml",
+                       const Known& leak = {}) {
   SimulatedSession simulated(
       scene, [&](Scene& s) { change(s.bench); },
       [](PlanConfig& plan) { plan.exposures = {plan.exposures[4]}; });
+  simulated.session().rig.optics.polarization = PolarizationConfig{};
+  simulated.session().rig.optics.polarization->leak = leak;
   simulated.session().rig.optics.distortion_k1 = simulated.bench().scene().bench.distortion_k1;
   const FrameReader read = simulated.Reader();
   const BlackFrames blacks(simulated.session(), read);
@@ -68,6 +71,12 @@ TEST(Window, IsFoundInSpiteOfDirt) {
   EXPECT_LT(WorstCornerWith([](BenchConfig& b) { b.corner_radius_mm = 0.7; }), 0.25) << "round corners";
   EXPECT_LT(WorstCornerWith([](BenchConfig& b) { b.shadow = 0.6; }), 0.25) << "shadow";
   EXPECT_LT(WorstCornerWith([](BenchConfig& b) { b.white_electrons /= 12; }), 0.35) << "dim band";
+}
+
+// Light from skin's surface loses nothing under the tape; a tenth of the signal here, and the rig says so.
+TEST(Window, IsFoundOnSkinWhosePolarizersLeak) {
+  const auto leaks = [](BenchConfig& b) { b.polarizer_leak = 0.03; };
+  EXPECT_LT(WorstCornerWith(leaks, "light_freckles.toml", Known{0.03, 0.0002}), 0.2);
 }
 
 // The bench bends by up to 1 % of the half diagonal, three photosites; the rig says so.

@@ -21,6 +21,7 @@ refuses 2 out '--help' -- fit in/good.exr -o out --no-such-flag
 refuses 2 out 'STACK' -- fit -o out
 refuses 2 out 'ceres|fast|descent' -- fit in/good.exr -o out --method newton
 refuses 2 out 'nonsense' -- fit in/good.exr -o out --profiles nonsense
+refuses 2 out '--pixel-size-mm' -- fit in/no_pixel_size.exr -o out --pixel-size-mm nan
 
 # --- fit: stacks that are missing, foreign, damaged or of the wrong shape
 refuses 2 out 'in/none.exr|No such file' -- fit in/none.exr -o out

@@ -62,12 +62,54 @@ shows 'compare the wheel'
 fresh && cp "$(frame good spectralon_450nm)" "$(echo bad/frames/0001_black*)"
 shows '0001_black|black frame is lit'
 
-# --- missing
+# --- missing: the picture is of the session as it was found
 fresh && rm "$(frame bad skin_560nm)"
-refuses 2 out.exr 'skin_560nm.dng' -- calibrate bad -o out.exr
-refuses 2 out.exr 'skin_560nm.dng|no such file' -- calibrate bad -o out.exr --no-verify
+refuses 2 out.exr 'skin_560nm.dng|out.failure.png' -- calibrate bad -o out.exr
+[ -s out.failure.png ] || complain "no picture of a session that lacks a file"
+shows 'skin_560nm.dng|no such file'
 fresh && truncate -s 100000 "$(frame bad skin_560nm)"
-refuses 2 out.exr 'skin_560nm.dng' -- calibrate bad -o out.exr --no-verify
+shows 'skin_560nm.dng'
+# lost ROLE_WAVELENGTH: the frame's record goes from the manifest, as if it had never been taken.
+lost() {
+  python3 - "$1" <<'PYTHON'
+import json, sys
+manifest = json.load(open("bad/session.json"))
+manifest["frames"] = [f for f in manifest["frames"] if sys.argv[1] not in f["file"]]
+json.dump(manifest, open("bad/session.json", "w"))
+PYTHON
+}
+fresh && lost spectralon_450nm
+shows 'no Spectralon frame for 450 nm'
+fresh && lost black
+shows 'black'
+# A band that was never taken is left out by name, with the same picture.
+fresh && lost skin_450nm
+accepts 0 -- calibrate bad -o out.exr
+grep -q 'no skin frame at 450 nm' .stdout || complain "a band that was never taken is not named: $(cat .stdout)"
+[ -s out.missing.png ] || complain "no picture of a session that lacks a band"
+rm -rf out.*
+# Files that a TOML names are looked for as well.
+printf '[[frame]]\nfile = "nowhere.dng"\nrole = "black"\n' >files.toml
+refuses 2 out.exr 'nowhere.dng|no such file|out.failure.png' -- calibrate --from-folder files.toml -o out.exr
+rm -rf out.*
+
+# --- numbers that are none
+for option in --spectralon-factor --edge-mask-px; do
+  refuses 2 out.exr "$option|nan" -- calibrate good -o out.exr $option nan
+done
+
+# --- tables that cannot be: percent, none, a band that they do not reach; negative light
+table() { # table KEY NAME CONTENTS: a CSV of the session's own
+  fresh && printf "$3" >"bad/$2"
+  sed -i "s|\"$1\": \"[^\"]*\"|\"$1\": \"$work/bad/$2\"|" bad/session.json
+}
+refused() { refuses 2 out.exr "$1" -- calibrate bad -o out.exr; }
+table spectralon_csv cert.csv 'wavelength_nm,reflectance\n400,99\n700,99\n' && refused 'cert.csv|divide percent by 100'
+table spectralon_csv cert.csv 'wavelength_nm,reflectance\n400,0.99\n700,-0.99\n' && refused 'cert.csv|-0.99'
+table spectralon_csv cert.csv 'wavelength_nm,reflectance\n400,nan\n700,0.99\n' && refused 'cert.csv|nan'
+table spectralon_csv cert.csv 'wavelength_nm,reflectance\n500,0.99\n700,0.99\n' && refused 'from 500 to 700 nm|450 nm'
+table flash_csv flash.csv 'wavelength_nm,relative_power\n400,1\n700,-1\n' && refused 'flash.csv|-1'
+table flash_csv flash.csv 'wavelength_nm,relative_power\n400,1\n700,1e300\n' && refused 'flash.csv|1e+300'
 
 # --- dark: a flash that did not fire; a cap on the lens is a black frame in a lit one's place
 cp -r misfire bad_flash && rm -rf bad && mv bad_flash bad
