@@ -34,11 +34,9 @@ if(DERMAP_SANITIZE)
   target_link_options(dermap_options INTERFACE -fsanitize=${DERMAP_SANITIZE})
   target_compile_definitions(dermap_options INTERFACE DERMAP_SANITIZED=1)
   # The emulated devices need libumockdev's library to be loaded first: the sanitizer's own must be in the program.
-  # Clang's is there anyway.
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND DERMAP_SANITIZE MATCHES "address")
     target_link_options(dermap_options INTERFACE -static-libasan)
-  elseif(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND DERMAP_SANITIZE MATCHES "thread")
-    target_link_options(dermap_options INTERFACE -static-libtsan)
+    target_compile_definitions(dermap_options INTERFACE DERMAP_STATIC_ASAN=1)
   endif()
 endif()
 
