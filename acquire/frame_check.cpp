@@ -16,14 +16,29 @@ namespace dermap {
 namespace {
 
 constexpr int kSaturationMargin_dn = 2;
+constexpr int kFewestSide_px = 16, kMostSide_px = 20000;
+constexpr long long kMostPhotosites = 200'000'000;
+constexpr unsigned kMostMemory_mb = 1024;
+
+// Why these are no sizes of a sensor and its active area; empty where they are.
+std::string SizeProblem(const libraw_image_sizes_t& s) {
+  const std::string found = std::to_string(s.width) + "x" + std::to_string(s.height) + " photosites";
+  if (s.width < kFewestSide_px || s.height < kFewestSide_px) return "has " + found + ", which is too few";
+  if (s.raw_width > kMostSide_px || s.raw_height > kMostSide_px ||
+      static_cast<long long>(s.raw_width) * s.raw_height > kMostPhotosites)
+    return "has " + found + ", which is too many";
+  if (s.left_margin + s.width > s.raw_width || s.top_margin + s.height > s.raw_height)
+    return "has an active area that exceeds its sensor";
+  return "";
+}
 
 // Photosites of the active area, row by row, with their range.
 struct Mosaic {
   explicit Mosaic(LibRaw& raw)
       : width(raw.imgdata.sizes.width),
         height(raw.imgdata.sizes.height),
-        white(static_cast<int>(raw.imgdata.color.maximum)),
-        black(static_cast<int>(raw.imgdata.color.black + raw.imgdata.color.cblack[0])) {
+        white(raw.imgdata.color.maximum),
+        black(static_cast<double>(raw.imgdata.color.black) + raw.imgdata.color.cblack[0]) {
     const auto& s = raw.imgdata.sizes;
     values.reserve(static_cast<std::size_t>(width) * height);
     for (int y = 0; y < height; ++y) {
@@ -34,13 +49,14 @@ struct Mosaic {
     }
     for (int i = 0; i < 4; ++i) channels[i] = raw.COLOR(i / 2, i % 2) % 4;
   }
-  double Share(double value) const { return std::max(0.0, value - black) / std::max(1, white - black); }
+  double Share(double value) const { return std::max(0.0, value - black) / std::max(1.0, white - black); }
   // 0 red, 1 green, 2 blue.
   int Channel(int x, int y) const {
     return channels[y % 2 * 2 + x % 2] == 3 ? 1 : channels[y % 2 * 2 + x % 2];
   }
 
-  int width, height, white, black;
+  int width, height;
+  double white, black;
   std::array<int, 4> channels{};
   std::vector<std::uint16_t> values;
 };
@@ -97,11 +113,14 @@ FrameCheck CheckFrame(const RawFrame& frame, const std::array<double, 4>& card_r
     check.problem = "is damaged where it names its camera";
     return check;
   }
+  raw->imgdata.params.max_raw_memory_mb = kMostMemory_mb;
   // LibRaw only reads from the buffer; its interface lacks the const.
   if (failed(raw->open_buffer(const_cast<std::byte*>(frame.bytes.data()), frame.bytes.size()),
              "not a raw file")) {
     return check;
   }
+  check.problem = SizeProblem(raw->imgdata.sizes);
+  if (!check.problem.empty()) return check;
   if (failed(raw->unpack(), "does not decode")) return check;
   if (raw->imgdata.rawdata.raw_image == nullptr) {
     check.problem = "holds no mosaic of photosites";
@@ -112,11 +131,9 @@ FrameCheck CheckFrame(const RawFrame& frame, const std::array<double, 4>& card_r
     check.problem = "is truncated or damaged";
     return check;
   }
+  check.problem = SizeProblem(raw->imgdata.sizes);  // LibRaw may learn more as it decodes
+  if (!check.problem.empty()) return check;
   Mosaic mosaic(*raw);
-  if (mosaic.values.empty()) {
-    check.problem = "holds an empty mosaic";
-    return check;
-  }
   check.decodes = true;
   check.iso = raw->imgdata.other.iso_speed;
   check.exposure_ms = 1000.0 * raw->imgdata.other.shutter;

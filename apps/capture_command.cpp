@@ -107,10 +107,12 @@ struct DaemonArguments {
 };
 
 // Plan and rig are the daemon's.
-Outcome CaptureOnDaemon(const CaptureOptions& options, const DaemonArguments& daemon) {
-  if (!options.plan.empty() || !options.rig.empty() || !options.scene.empty()) {
+Outcome CaptureOnDaemon(const CaptureOptions& options, const DaemonArguments& daemon,
+                        const std::filesystem::path& timeline) {
+  if (!options.plan.empty() || !options.rig.empty() || !options.scene.empty() || !timeline.empty()) {
     throw InputError(
-        "--daemon was given with a plan, --rig or --scene, which are the daemon's; remedy: leave them out");
+        "--daemon was given with a plan, --rig, --scene or --timeline, which are not for it; remedy: leave "
+        "them out");
   }
   RemoteSession session;
   session.daemon = ParseDaemonAddress("--daemon", daemon.address);
@@ -185,7 +187,8 @@ int RunCaptureCommand(int argc, char** argv) {
     options.stop = [] { return stop_asked.load(); };
     ProgressBar bar("capture");
     options.progress = bar.Function();
-    return daemon.address.empty() ? CaptureHere(options, daemon, timeline) : CaptureOnDaemon(options, daemon);
+    return daemon.address.empty() ? CaptureHere(options, daemon, timeline)
+                                  : CaptureOnDaemon(options, daemon, timeline);
   });
 }
 

@@ -7,6 +7,7 @@
 #include <spdlog/spdlog.h>
 
 #include <nlohmann/json.hpp>
+#include <system_error>
 
 #include "acquire/daemon/frame_view.h"
 #include "acquire/daemon/state_json.h"
@@ -39,7 +40,12 @@ CaptureDaemon::CaptureDaemon(DaemonOptions options)
                      {"wheel", rig.wheel_driver},
                      {"plan", options_.plan.filename().string()},
                      {"schedule", ScheduleToJson(InOrderOfTaking(MakeSchedule(rig, plan), by_hand_))}};
-  fs::create_directories(options_.root);
+  std::error_code error;
+  fs::create_directories(options_.root, error);
+  if (error) {
+    throw StorageError("cannot create the folder of sessions " + options_.root.string() + ": " +
+                       error.message() + "; remedy: name another by --root");
+  }
   thread_ = std::thread([this] { RunSessions(); });
 }
 

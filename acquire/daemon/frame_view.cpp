@@ -27,8 +27,8 @@ cv::Mat GrayOf(const RawFrame& frame) {
     return {};
   }
   const auto& s = raw->imgdata.sizes;
-  const int white = static_cast<int>(raw->imgdata.color.maximum);
-  const int black = static_cast<int>(raw->imgdata.color.black + raw->imgdata.color.cblack[0]);
+  const double black = static_cast<double>(raw->imgdata.color.black) + raw->imgdata.color.cblack[0];
+  const double range = std::max(1.0, raw->imgdata.color.maximum - black);
   cv::Mat gray(s.height / 2, s.width / 2, CV_32F);
   for (int y = 0; y < gray.rows; ++y) {
     const auto* row = raw->imgdata.rawdata.raw_image +
@@ -36,7 +36,7 @@ cv::Mat GrayOf(const RawFrame& frame) {
     for (int x = 0; x < gray.cols; ++x) {
       const int sum =
           row[2 * x] + row[2 * x + 1] + row[2 * x + s.raw_pitch / 2] + row[2 * x + 1 + s.raw_pitch / 2];
-      gray.at<float>(y, x) = std::max(0.0f, (sum / 4.0f - black) / std::max(1, white - black));
+      gray.at<float>(y, x) = static_cast<float>(std::max(0.0, (sum / 4.0 - black) / range));
     }
   }
   return gray;

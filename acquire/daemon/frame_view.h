@@ -14,6 +14,7 @@ struct FrameView {
   bool window_found = false;  // a bright quadrangle on dark ground
 };
 
+// Of a frame that CheckFrame (acquire/frame_check.h) decodes.
 FrameView MakeFrameView(const RawFrame& frame);
 
 }  // namespace dermap

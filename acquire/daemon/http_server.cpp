@@ -12,6 +12,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 
+#include "acquire/daemon/bounded_server.h"
 #include "acquire/daemon/page.h"
 #include "acquire/daemon/request_guard.h"
 #include "acquire/daemon/state_text.h"
@@ -24,7 +25,7 @@ namespace {
 using nlohmann::json;
 using SteadyClock = std::chrono::steady_clock;
 
-constexpr std::size_t kLargestBody = 65536;
+constexpr std::size_t kLargestBody = 65536, kLargestHead = 32768;
 constexpr int kLargestFrameNumber = 99999;
 constexpr std::size_t kConnections = 80;  // served at once; each event stream is one
 constexpr std::size_t kRequestsOfAConnection = 100000;
@@ -51,7 +52,8 @@ class Connections : public httplib::TaskQueue {
 struct HttpServer::Impl {
   CaptureDaemon& daemon;
   ServerOptions options;
-  httplib::Server server;
+  std::unique_ptr<httplib::Server> server =
+      MakeBoundedServer({kLargestHead + kLargestBody, options.request_time});
   int listener = -1;
   std::atomic<bool> stopping{false};
   std::mutex helm_mutex;
@@ -85,6 +87,15 @@ struct HttpServer::Impl {
       Refuse(response, 415, "expected application/json");
       return false;
     }
+    if (request.has_header("Content-Encoding")) {  // a few bytes could stand for many
+      Refuse(response, 415, "the body must not be compressed");
+      return false;
+    }
+    if (request.method == "POST" &&
+        (!request.has_header("Content-Length") || request.has_header("Transfer-Encoding"))) {
+      Refuse(response, 411, "expected a Content-Length, not chunks");
+      return false;
+    }
     return true;
   }
 
@@ -108,7 +119,7 @@ struct HttpServer::Impl {
   }
 
   void Post(const std::string& path, const std::function<void(const json&)>& act) {
-    server.Post(path, [this, act](const httplib::Request& request, httplib::Response& response) {
+    server->Post(path, [this, act](const httplib::Request& request, httplib::Response& response) {
       if (!HasHelm(request))
         return Refuse(response, 409, "another window has the helm: this one can only watch");
       const json body = json::parse(request.body.empty() ? "{}" : request.body, nullptr, false);
@@ -148,16 +159,14 @@ struct HttpServer::Impl {
   }
 
   void Route() {
-    server.set_payload_max_length(kLargestBody);
-    server.set_read_timeout(5, 0);
-    server.set_write_timeout(5, 0);
-    server.set_keep_alive_max_count(kRequestsOfAConnection);
-    server.set_socket_options([this](int socket) {
+    server->set_payload_max_length(kLargestBody);
+    server->set_keep_alive_max_count(kRequestsOfAConnection);
+    server->set_socket_options([this](int socket) {
       listener = socket;
       httplib::default_socket_options(socket);
     });
-    server.new_task_queue = [] { return new Connections; };
-    server.set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
+    server->new_task_queue = [] { return new Connections; };
+    server->set_pre_routing_handler([this](const httplib::Request& request, httplib::Response& response) {
       response.set_header("X-Content-Type-Options", "nosniff");
       response.set_header("Referrer-Policy", "no-referrer");
       response.set_header(
@@ -167,33 +176,33 @@ struct HttpServer::Impl {
       return Allowed(request, response) ? httplib::Server::HandlerResponse::Unhandled
                                         : httplib::Server::HandlerResponse::Handled;
     });
-    server.set_error_handler([](const httplib::Request&, httplib::Response& response) {
+    server->set_error_handler([](const httplib::Request&, httplib::Response& response) {
       if (!response.body.empty()) return;
       Refuse(response, response.status,
              response.status == 404   ? "there is nothing at this address"
              : response.status == 413 ? "the body has more than " + std::to_string(kLargestBody) + " bytes"
                                       : "this is no request that the daemon knows");
     });
-    server.Get("/", [](const httplib::Request&, httplib::Response& response) {
+    server->Get("/", [](const httplib::Request&, httplib::Response& response) {
       response.set_content(kOperatorPage, "text/html; charset=utf-8");
     });
-    server.Get("/api/schema", [](const httplib::Request&, httplib::Response& response) {
+    server->Get("/api/schema", [](const httplib::Request&, httplib::Response& response) {
       response.set_content(kApiSchema, "application/schema+json");
     });
-    server.Get("/api/state", [this](const httplib::Request&, httplib::Response& response) {
+    server->Get("/api/state", [this](const httplib::Request&, httplib::Response& response) {
       std::string text;
       state.AppendTo(text, daemon.Version());
       response.set_content(text, "application/json");
     });
-    server.Get("/api/events",
-               [this](const httplib::Request&, httplib::Response& response) { Events(response); });
-    server.Get(R"(/api/frames/(\d{1,5})\.png)",
-               [this](const httplib::Request& request, httplib::Response& response) {
-                 const std::string png = daemon.Thumbnail(std::stoi(request.matches[1]));
-                 if (png.empty()) return Refuse(response, 404, "there is no such frame");
-                 response.set_content(png, "image/png");
-               });
-    server.Post("/api/steer", [this](const httplib::Request& request, httplib::Response& response) {
+    server->Get("/api/events",
+                [this](const httplib::Request&, httplib::Response& response) { Events(response); });
+    server->Get(R"(/api/frames/(\d{1,5})\.png)",
+                [this](const httplib::Request& request, httplib::Response& response) {
+                  const std::string png = daemon.Thumbnail(std::stoi(request.matches[1]));
+                  if (png.empty()) return Refuse(response, 404, "there is no such frame");
+                  response.set_content(png, "image/png");
+                });
+    server->Post("/api/steer", [this](const httplib::Request& request, httplib::Response& response) {
       const json body = json::parse(request.body, nullptr, false);
       if (!body.is_object() || !body.contains("key") || !body["key"].is_string()) {
         return Refuse(response, 400, "expected {\"key\": \"...\"}");
@@ -229,8 +238,8 @@ HttpServer::HttpServer(CaptureDaemon& daemon, ServerOptions options)
                      ") only with a token; remedy: name a file that holds one by --token-file");
   }
   impl_->Route();
-  const bool bound = o.port == 0 ? (o.port = impl_->server.bind_to_any_port(o.address.c_str())) > 0
-                                 : impl_->server.bind_to_port(o.address.c_str(), o.port);
+  const bool bound = o.port == 0 ? (o.port = impl_->server->bind_to_any_port(o.address.c_str())) > 0
+                                 : impl_->server->bind_to_port(o.address.c_str(), o.port);
   if (!bound) {
     throw InputError("cannot listen on " + o.address + ":" + std::to_string(o.port) +
                      "; remedy: name a free port by --listen, or end the daemon that runs already");
@@ -249,13 +258,13 @@ int HttpServer::port() const {
 }
 
 void HttpServer::Run() {
-  impl_->server.listen_after_bind();
+  impl_->server->listen_after_bind();
 }
 
 void HttpServer::Stop() {
   impl_->stopping = true;
   impl_->state.Stop();
-  impl_->server.stop();
+  impl_->server->stop();
 }
 
 }  // namespace dermap

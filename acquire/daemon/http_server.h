@@ -11,6 +11,7 @@
 // POST /api/start, /api/answer, /api/pause, /api/continue, /api/abort, /api/retake   with the helm's key
 #pragma once
 
+#include <chrono>
 #include <memory>
 #include <string>
 
@@ -23,6 +24,7 @@ struct ServerOptions {
   int port = 8460;  // 0: any that is free
   std::string
       token;  // required of everyone where not empty; must not be empty unless the address is loopback
+  std::chrono::milliseconds request_time{10000};  // that a request may take to come in
 };
 
 class HttpServer {

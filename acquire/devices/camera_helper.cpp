@@ -2,6 +2,7 @@
 // Which of libgphoto2's results is which fault; their numbers are libgphoto2's.
 #include "acquire/devices/camera_helper.h"
 
+#include <cctype>
 #include <nlohmann/json.hpp>
 
 #include "acquire/devices/device_fault.h"
@@ -82,6 +83,19 @@ int CameraAnswer::Number(const char* key, int otherwise) const {
 bool CameraAnswer::Says(const char* key) const {
   const json object = Parsed(line);
   return object.contains(key) && object[key] == true;
+}
+
+std::string FrameExtension(const std::string& name) {
+  constexpr std::size_t kMostLetters = 4;
+  const auto dot = name.rfind('.');
+  if (dot == std::string::npos || dot + 1 == name.size() || name.size() - dot - 1 > kMostLetters)
+    return ".raw";
+  std::string extension = ".";
+  for (const unsigned char c : name.substr(dot + 1)) {
+    if (c > 127 || std::isalnum(c) == 0) return ".raw";
+    extension += static_cast<char>(std::tolower(c));
+  }
+  return extension;
 }
 
 struct CameraHelper::Impl {

@@ -20,6 +20,10 @@ struct CameraAnswer {
   bool Says(const char* key) const;
 };
 
+// What the frame's file is called by in the session, of the camera's name for it: ".cr2" for IMG_0001.CR2;
+// ".raw" where the name ends in none of one to four ASCII letters and digits.
+std::string FrameExtension(const std::string& name);
+
 class CameraHelper {
  public:
   CameraHelper();

@@ -6,7 +6,6 @@
 #include <spdlog/spdlog.h>
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <thread>
@@ -18,7 +17,6 @@
 namespace dermap {
 namespace {
 
-namespace fs = std::filesystem;
 using nlohmann::json;
 using std::chrono::milliseconds;
 
@@ -189,9 +187,7 @@ RawFrame Gphoto2Camera::FetchOnce() {
       helper_->Ask({{"do", "fetch"}, {"folder", folder_}, {"name", file_}}, patience_.call, name_);
   RawFrame frame;
   frame.bytes = answer.bytes;
-  frame.extension = fs::path(file_).extension().string();
-  std::transform(frame.extension.begin(), frame.extension.end(), frame.extension.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  frame.extension = FrameExtension(file_);
   return frame;
 }
 

@@ -42,6 +42,13 @@ std::string ThorlabsAnswer(const std::string& wheel, const std::string& command,
                                               "'; remedy: switch it off and on");
 }
 
+void RequireThorlabsWheel(const std::string& identity) {
+  if (identity.find("FW102C") != std::string::npos || identity.find("FW212C") != std::string::npos) return;
+  throw DeviceFault(FaultKind::kNoAnswer, "an FTDI bridge answers '" + Printable(identity, 60) +
+                                              "', which is no Thorlabs FW102C or FW212C; remedy: name the "
+                                              "wheel's serial number in the rig");
+}
+
 int ThorlabsNumber(const std::string& wheel, const std::string& answer) {
   const bool digits =
       !answer.empty() && answer.size() <= kMostDigits &&

@@ -14,6 +14,8 @@ std::string PayloadOfPacket(std::span<const std::uint8_t> packet);
 bool EndsWithPrompt(const std::string& text);
 // What it printed between the echo of `command` and the prompt. Throws DeviceFault where it is an error.
 std::string ThorlabsAnswer(const std::string& wheel, const std::string& command, std::string text);
+// Throws DeviceFault where that is not what a FW102C or FW212C answers to `*idn?`.
+void RequireThorlabsWheel(const std::string& identity);
 // A slot or a count: 1 to 64. Throws DeviceFault where it is none.
 int ThorlabsNumber(const std::string& wheel, const std::string& answer);
 

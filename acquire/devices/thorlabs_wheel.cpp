@@ -28,13 +28,7 @@ class Thorlabs : public WheelProtocol {
 
   int Begin(UsbLink& link, const WheelTiming& timing) override {
     OpenLine(link, timing);
-    const std::string identity = Ask(link, "*idn?", timing.answer);
-    if (identity.find("FW102C") == std::string::npos && identity.find("FW212C") == std::string::npos) {
-      throw DeviceFault(FaultKind::kNoAnswer,
-                        "an FTDI bridge answers '" + identity.substr(0, 60) +
-                            "', which is no Thorlabs FW102C or FW212C; remedy: name the wheel's "
-                            "serial number in the rig");
-    }
+    RequireThorlabsWheel(Ask(link, "*idn?", timing.answer));
     return count_ = Number(Ask(link, "pcount?", timing.answer));
   }
   bool BeginFindsSlots() const override { return false; }  // it has no command for it

@@ -26,7 +26,8 @@ int Main(int argc, char** argv) {
                  "rig.toml: its slots and its scene are what the wheel holds and the camera sees");
   app.add_option("--scene", scene, "A scene TOML instead of the rig's");
   app.add_option("--wheel", options.wheel, "starlight or thorlabs");
-  app.add_option("--network", port, "The camera on this port of 127.0.0.1 (PTP/IP) in place of USB");
+  app.add_option("--network", port, "The camera on this port of 127.0.0.1 (PTP/IP) in place of USB")
+      ->check(CLI::Range(0, 65535));
   app.add_option("--operator-s", operator_s, "Seconds that the operator takes to do what is asked for")
       ->check(CLI::Range(0.0, 600.0));
   app.add_flag("--real-time", options.real_time, "As slow as real devices; else as fast as it goes");
@@ -34,7 +35,11 @@ int Main(int argc, char** argv) {
                  "NAME@COUNT[:SECONDS[xTIMES]], at that press of the shutter or move")
       ->allow_extra_args(false);  // one at a time: else it would swallow the "--" before the command
   app.add_option("command", command, "The command and its arguments, after --")->required();
-  CLI11_PARSE(app, argc, argv);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    return app.exit(error) == 0 ? 0 : static_cast<int>(ExitCode::kBadInput);
+  }
   try {
     options.rig = ReadRig(rig);
     if (!scene.empty()) options.rig.simulated_scene = std::filesystem::absolute(scene);

@@ -3,7 +3,9 @@
 #include "acquire/emulator/station.h"
 
 #include <algorithm>
-#include <cstdio>
+#include <array>
+#include <regex>
+#include <string_view>
 #include <utility>
 
 #include "common/core/error.h"
@@ -12,6 +14,8 @@ namespace dermap::emulator {
 namespace {
 
 constexpr double kSecondsPerSlot = 0.6;  // of a real wheel
+constexpr std::array<std::string_view, 4> kWheelFaults{"wheel-stuck", "wheel-slip", "wheel-unplug",
+                                                       "wheel-silent"};
 
 int SlotsOf(const RigConfig& rig) {
   int slots = 0;
@@ -54,21 +58,21 @@ EmulatedStation::EmulatedStation(const StationOptions& o, const ProgressFunction
 EmulatedStation::~EmulatedStation() = default;
 
 void EmulatedStation::PlanFault(const std::string& text) {
-  char name[32]{};
-  int count = 0, times = 1;
-  double seconds = 0.5;
-  const int read = std::sscanf(text.c_str(), "%31[a-z-]@%d:%lfx%d", name, &count, &seconds, &times);
-  const bool of_wheel = std::string(name).rfind("wheel-", 0) == 0;
-  if (read >= 2 && count >= 1 && of_wheel) {
-    for (const char* known : {"wheel-stuck", "wheel-slip", "wheel-unplug", "wheel-silent"}) {
-      if (std::string(known) != name) continue;
+  static const std::regex kForm(R"(([a-z-]+)@(\d{1,6})(:(\d{1,4}(\.\d{1,6})?)(x(\d{1,4}))?)?)");
+  std::smatch parts;
+  if (std::regex_match(text, parts, kForm)) {
+    const std::string name = parts[1];
+    const int count = std::stoi(parts[2]), times = parts[7].matched ? std::stoi(parts[7]) : 1;
+    const double seconds = parts[4].matched ? std::stod(parts[4]) : 0.5;
+    const bool is_counted = count >= 1 && times >= 1;
+    if (std::find(kWheelFaults.begin(), kWheelFaults.end(), name) != kWheelFaults.end() && is_counted) {
       wheel_faults_.push_back({name, count, seconds});
       return;
     }
-  }
-  if (const auto fault = EosFaultFromName(name); read >= 2 && count >= 1 && fault) {
-    camera_.faults.Plan({*fault, count, seconds, times});
-    return;
+    if (const auto fault = EosFaultFromName(name); fault && is_counted) {
+      camera_.faults.Plan({*fault, count, seconds, times});
+      return;
+    }
   }
   throw InputError(
       "'" + text +

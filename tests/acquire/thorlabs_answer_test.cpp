@@ -31,6 +31,20 @@ TEST(ThorlabsAnswer, OfAnErrorOrNoNumberIsAFaultWithoutControlCharacters) {
   }
 }
 
+// Another maker's thing behind the same bridge, and the answer of a wheel by its manual.
+TEST(ThorlabsAnswer, TellsAWheelFromOtherThings) {
+  EXPECT_NO_THROW(RequireThorlabsWheel("THORLABS FW102C/FW212C Filter Wheel version 1.07"));
+  for (const char* text : {"", "ARDUINO", "\x1b[2J\x07"}) {
+    try {
+      RequireThorlabsWheel(text);
+      ADD_FAILURE() << text;
+    } catch (const DeviceFault& fault) {
+      EXPECT_EQ(std::string(fault.what()).find('\x1b'), std::string::npos);
+      EXPECT_NE(std::string(fault.what()).find("remedy"), std::string::npos);
+    }
+  }
+}
+
 TEST(ThorlabsAnswer, LeavesOutTheBridgesStatus) {
   const std::vector<std::uint8_t> packet{0x01, 0x60, 'p', '>'};
   EXPECT_EQ(PayloadOfPacket(packet), "p>");

@@ -19,6 +19,7 @@ capture=(capture in/plan.toml --rig in/rig.toml --scene "$root/config/scenes/gra
 refuses 4 - 'in/file/out' -- "${fit[@]}" -o in/file/out
 refuses 4 - 'in/file/out.exr' -- "${render[@]}" -o in/file/out.exr
 refuses 4 - 'in/file/session' -- "${capture[@]}" --out in/file/session
+refuses 4 - 'in/file/sessions' -- serve --rig "$root/config/rigs/simulated_8band.toml" --root in/file/sessions --listen 127.0.0.1:0
 mkdir folder.exr
 refuses 4 - 'folder.exr' -- "${render[@]}" -o folder.exr
 rmdir folder.exr || complain "render wrote into folder.exr"

@@ -1,10 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-// Any bytes as what devices on USB say and hear: a Thorlabs wheel's packets by the driver; PTP containers,
-// HID reports and FTDI bytes by the emulated devices. The first byte chooses.
+// Any bytes as what devices on USB say and hear: a Thorlabs wheel's packets and the camera's helper by the
+// drivers; PTP containers, HID reports and FTDI bytes by the emulated devices. The first byte chooses.
 #include <cstdint>
 #include <cstdlib>
 #include <span>
 
+#include "acquire/devices/camera_helper.h"
 #include "acquire/devices/device_fault.h"
 #include "acquire/devices/thorlabs_answer.h"
 #include "acquire/emulator/ptp_usb.h"
@@ -24,6 +25,19 @@ void ReadPackets(Input input) {
     const int number = dermap::ThorlabsNumber("wheel", dermap::ThorlabsAnswer("wheel", "pos?", text));
     if (number < 1 || number > 64) std::abort();
   } catch (const dermap::DeviceFault&) {
+  }
+  try {
+    dermap::RequireThorlabsWheel(text);
+  } catch (const dermap::DeviceFault&) {
+  }
+}
+
+// What the process that libgphoto2 runs in says.
+void ReadHelper(Input input) {
+  const dermap::CameraAnswer answer{{input.begin(), input.end()}, {}};
+  if (answer.Says("ok") && answer.Number("code", 0) == 0) answer.Text("what");
+  for (const char* key : {"model", "folder", "name"}) {
+    if (dermap::FrameExtension(answer.Text(key)).size() > 5) std::abort();
   }
 }
 
@@ -60,7 +74,7 @@ void SendText(Input input) {
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (size == 0) return 0;
   const Input input(data + 1, size - 1);
-  switch (data[0] % 4) {
+  switch (data[0] % 5) {
     case 0:
       ReadPackets(input);
       break;
@@ -70,8 +84,11 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
     case 2:
       SendReports(input);
       break;
-    default:
+    case 3:
       SendText(input);
+      break;
+    default:
+      ReadHelper(input);
   }
   return 0;
 }

@@ -114,6 +114,19 @@ async function endAndResume(page) {
   await answerUntil(page, inState(page, 'Complete'));
 }
 
+/** A page that hears nothing any more says so in large letters, and no longer once it does. */
+async function lostConnection(page) {
+  const alarm = page.locator('#alarm:not(.hide)');
+  await page.route('**/api/events', (route) => route.abort());
+  await page.reload();
+  await alarm.waitFor();
+  assert.match(await alarm.innerText(), /No connection to the daemon/);
+  await picture(page, 'lost');
+  await page.unroute('**/api/events');
+  await alarm.waitFor({ state: 'detached' }); // it tries again by itself
+  await inState(page, 'Complete').waitFor();
+}
+
 async function narrow(page) {
   for (const width of [360, 800]) {
     await page.setViewportSize({ width, height: 800 });
@@ -131,7 +144,7 @@ try {
   context.on('page', (opened) => opened.on('pageerror', (error) => said.push(String(error))));
   const page = await context.newPage();
   await page.goto(url);
-  for (const step of [wholeSession, twoWindows, keyboard, endAndResume, narrow]) {
+  for (const step of [wholeSession, twoWindows, keyboard, endAndResume, lostConnection, narrow]) {
     await step(page);
     console.log(`done: ${step.name}`);
   }
