@@ -148,7 +148,9 @@ void Relate(const StabilityPoint& harmless, StabilityPoint& point) {
       // A map of one value that happens to be the truth has no error at all: then so much of the range
       // counts.
       const double least = kLeastError * (kParameters[k].upper - kParameters[k].lower);
-      const double expected = std::max({from.*error, 0.5 * over_sigma * from.sigma, least});
+      // Sigma allows for errors of calibration that these data lack: at most so much of it is noise.
+      const double of_noise = from.sigma / kUnstatedAllowance;
+      const double expected = std::max({from.*error, 0.5 * over_sigma * of_noise, least});
       const double ratio = p.*error / (expected * std::max(p.bound / from.bound, 1e-6));
       sum += ratio * ratio / kParameterCount;
     }

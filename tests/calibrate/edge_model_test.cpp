@@ -30,7 +30,7 @@ TEST(BlurredLoss, IsItsIntegral) {
     }
     const EdgeLoss found = BlurredLoss(d, length, blur);
     EXPECT_NEAR(found.loss, sum, 1e-6) << d << " " << length << " " << blur;
-    const auto slope = [&](double by_d, double by_blur) {
+    const auto slope = [&, d = d, length = length, blur = blur](double by_d, double by_blur) {
       return (BlurredLoss(d + by_d, length, blur + by_blur).loss -
               BlurredLoss(d - by_d, length, blur - by_blur).loss) /
              (2 * (by_d + by_blur));
