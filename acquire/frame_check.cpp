@@ -16,20 +16,12 @@ namespace dermap {
 namespace {
 
 constexpr int kSaturationMargin_dn = 2;
-constexpr int kFewestSide_px = 16, kMostSide_px = 20000;
-constexpr long long kMostPhotosites = 200'000'000;
-constexpr unsigned kMostMemory_mb = 1024;
 
-// Why these are no sizes of a sensor and its active area; empty where they are.
+// Empty where there is none.
 std::string SizeProblem(const libraw_image_sizes_t& s) {
-  const std::string found = std::to_string(s.width) + "x" + std::to_string(s.height) + " photosites";
-  if (s.width < kFewestSide_px || s.height < kFewestSide_px) return "has " + found + ", which is too few";
-  if (s.raw_width > kMostSide_px || s.raw_height > kMostSide_px ||
-      static_cast<long long>(s.raw_width) * s.raw_height > kMostPhotosites)
-    return "has " + found + ", which is too many";
-  if (s.left_margin + s.width > s.raw_width || s.top_margin + s.height > s.raw_height)
-    return "has an active area that exceeds its sensor";
-  return "";
+  const std::string problem =
+      RawSizeProblem({s.width, s.height, s.raw_width, s.raw_height, s.left_margin, s.top_margin});
+  return problem.empty() ? "" : "has " + problem;
 }
 
 // Photosites of the active area, row by row, with their range.
@@ -113,7 +105,7 @@ FrameCheck CheckFrame(const RawFrame& frame, const std::array<double, 4>& card_r
     check.problem = "is damaged where it names its camera";
     return check;
   }
-  raw->imgdata.params.max_raw_memory_mb = kMostMemory_mb;
+  raw->imgdata.params.max_raw_memory_mb = kMostRawMemory_mb;
   // LibRaw only reads from the buffer; its interface lacks the const.
   if (failed(raw->open_buffer(const_cast<std::byte*>(frame.bytes.data()), frame.bytes.size()),
              "not a raw file")) {

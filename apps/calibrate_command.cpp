@@ -126,7 +126,10 @@ Outcome WriteStrayLight(const Session& session, const std::optional<Known>& dark
             {"stray_light", found.share.value},
             {"stray_light_sigma", found.share.sigma},
             {"bands", nlohmann::json::array()}};
-    if (found.leak) json["leak"] = found.leak->value, json["leak_sigma"] = found.leak->sigma;
+    if (found.leak) {
+      json["leak"] = found.leak->value;
+      json["leak_sigma"] = found.leak->sigma;
+    }
     for (const StrayLightBand& b : found.bands) {
       json["bands"].push_back({{"wavelength_nm", b.wavelength_nm},
                                {"stray_light", b.share.value},

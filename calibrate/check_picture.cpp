@@ -5,8 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
 
 #include "calibrate/frame_picture.h"
 
@@ -23,20 +21,6 @@ constexpr double kResidualScale = 2.0;  // standard deviations of the bands' str
 constexpr Rgb8 kWindowColour{255, 176, 0};
 constexpr Rgb8 kGridColour{64, 200, 120};
 constexpr Rgb8 kDroppedColour{255, 64, 64};
-
-cv::Mat View(Plane<Rgb8>& picture) {
-  return {picture.height(), picture.width(), CV_8UC3, picture.data()};
-}
-
-// The whole picture scaled into a panel, its shape kept.
-void Paste(Plane<Rgb8>& from, Plane<Rgb8>& canvas, int x, int y) {
-  const double scale = std::min(double(kPanelWidth) / from.width(), double(kPanelHeight) / from.height());
-  cv::Mat scaled;
-  cv::resize(View(from), scaled, {}, scale, scale, scale < 1.0 ? cv::INTER_AREA : cv::INTER_CUBIC);
-  scaled = scaled(cv::Rect(0, 0, std::min(scaled.cols, kPanelWidth), std::min(scaled.rows, kPanelHeight)));
-  cv::Mat target = View(canvas)(cv::Rect(x, y, scaled.cols, scaled.rows));
-  scaled.copyTo(target);
-}
 
 Plane<Rgb8> FrameWithGrid(const BandCalibration& band, double patch_px) {
   Plane<Rgb8> picture = Colourise(band.picture, ColourMap::kGray, {0.0, 1.0});
@@ -55,11 +39,8 @@ Plane<Rgb8> FrameWithGrid(const BandCalibration& band, double patch_px) {
   return picture;
 }
 
-void Write(Plane<Rgb8>& canvas, int x, int y, const std::string& text, bool alarm) {
-  cv::Mat mat = View(canvas);
-  const cv::Scalar colour = alarm ? cv::Scalar(255, 90, 90) : cv::Scalar(235, 235, 235);
-  cv::putText(mat, text, {x + 6, y + kTitleHeight - 7}, cv::FONT_HERSHEY_SIMPLEX, 0.42, colour, 1,
-              cv::LINE_AA);
+void WriteTitle(Plane<Rgb8>& canvas, int x, int y, const std::string& text, bool alarm) {
+  WriteText(canvas, x + 6, y + kTitleHeight - 7, text, 0.42, alarm);
 }
 
 }  // namespace
@@ -90,15 +71,15 @@ Plane<Rgb8> CheckPicture(const CalibrationResult& result) {
     const BandCalibration& band = result.bands[static_cast<std::size_t>(i)];
     const int x = i % columns * 2 * kPanelWidth;
     const int y = i / columns * (kPanelHeight + kTitleHeight);
-    Write(canvas, x, y, WindowCaption(band), band.dropped);
+    WriteTitle(canvas, x, y, WindowCaption(band), band.dropped);
     Plane<Rgb8> frame = FrameWithGrid(band, result.stack.valid.width());
-    Paste(frame, canvas, x, y + kTitleHeight);
-    Write(canvas, x + kPanelWidth, y, ResidualCaption(band), band.dropped);
+    PasteScaled(frame, x, y + kTitleHeight, kPanelWidth, kPanelHeight, canvas);
+    WriteTitle(canvas, x + kPanelWidth, y, ResidualCaption(band), band.dropped);
     if (band.alignment.residual.empty()) continue;
     PlaneF shown = band.alignment.residual;
     for (float& v : shown.values()) v = std::isfinite(v) ? v : 0.0f;
     Plane<Rgb8> residual = Colourise(shown, ColourMap::kDiverging, {-kResidualScale, kResidualScale});
-    Paste(residual, canvas, x + kPanelWidth, y + kTitleHeight);
+    PasteScaled(residual, x + kPanelWidth, y + kTitleHeight, kPanelWidth, kPanelHeight, canvas);
   }
   return canvas;
 }

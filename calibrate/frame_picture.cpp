@@ -16,6 +16,7 @@ constexpr int kFractionBits = 4;  // of a drawn coordinate
 constexpr Rgb8 kCardColour{0, 158, 255};
 constexpr Rgb8 kFoundColour{255, 64, 64};
 constexpr Rgb8 kWindowColour{255, 176, 0};
+constexpr Rgb8 kText{235, 235, 235}, kAlarmText{255, 90, 90};
 constexpr double kLeastBrightest = 4.0;  // DN: noise alone must not be stretched to a picture
 
 DERMAP_KERNEL void AddPairs(const float* values, std::size_t cells, float* sums) {
@@ -64,6 +65,21 @@ void DrawOutline(Plane<Rgb8>& canvas, double scale, std::span<const Point> point
 void DrawLine(Plane<Rgb8>& canvas, double scale, Point from, Point to, Rgb8 colour) {
   cv::Mat mat = Canvas(canvas);
   cv::line(mat, Fixed(from, scale), Fixed(to, scale), ColourOf(colour), 1, cv::LINE_AA, kFractionBits);
+}
+
+void PasteScaled(Plane<Rgb8>& picture, int x, int y, int width, int height, Plane<Rgb8>& canvas) {
+  const double scale = std::min(double(width) / picture.width(), double(height) / picture.height());
+  cv::Mat scaled;
+  cv::resize(Canvas(picture), scaled, {}, scale, scale, scale < 1.0 ? cv::INTER_AREA : cv::INTER_CUBIC);
+  scaled = scaled(cv::Rect(0, 0, std::min(scaled.cols, width), std::min(scaled.rows, height)));
+  cv::Mat target = Canvas(canvas)(cv::Rect(x, y, scaled.cols, scaled.rows));
+  scaled.copyTo(target);
+}
+
+void WriteText(Plane<Rgb8>& canvas, int x, int baseline, const std::string& text, double size, bool alarm) {
+  cv::Mat mat = Canvas(canvas);
+  cv::putText(mat, text, {x, baseline}, cv::FONT_HERSHEY_SIMPLEX, size, ColourOf(alarm ? kAlarmText : kText),
+              1, cv::LINE_AA);
 }
 
 Plane<Rgb8> OutlinedFrame(const PlaneF& picture, double scale, std::span<const Point> window) {

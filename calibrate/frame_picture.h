@@ -3,6 +3,7 @@
 #pragma once
 
 #include <span>
+#include <string>
 #include <vector>
 
 #include "calibrate/frames.h"
@@ -23,6 +24,12 @@ FramePicture PictureOf(const PlaneF& signal, int width = 480);
 // A closed line through points in photosites.
 void DrawOutline(Plane<Rgb8>& canvas, double scale, std::span<const Point> points, Rgb8 colour);
 void DrawLine(Plane<Rgb8>& canvas, double scale, Point from, Point to, Rgb8 colour);
+
+// The whole picture scaled into a box of the canvas, its shape kept.
+void PasteScaled(Plane<Rgb8>& picture, int x, int y, int width, int height, Plane<Rgb8>& canvas);
+// Light on dark; red for an alarm. `size`: 0.42 is 10 pixels high.
+void WriteText(Plane<Rgb8>& canvas, int x, int baseline, const std::string& text, double size,
+               bool alarm = false);
 
 // A picture of a frame, 0 ... 1, with its window outlined.
 Plane<Rgb8> OutlinedFrame(const PlaneF& picture, double scale, std::span<const Point> window);

@@ -39,7 +39,10 @@ struct Line {
 Line LineThrough(const std::vector<LinePoint>& points) {
   const auto count = static_cast<double>(points.size());
   double mean_x = 0.0, mean_y = 0.0;
-  for (const LinePoint& p : points) mean_x += p.by_share / count, mean_y += p.seems / count;
+  for (const LinePoint& p : points) {
+    mean_x += p.by_share / count;
+    mean_y += p.seems / count;
+  }
   Line line;
   for (const LinePoint& p : points) {
     line.covariance += (p.by_share - mean_x) * (p.seems - mean_y);

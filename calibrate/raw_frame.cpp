@@ -24,11 +24,6 @@
 namespace dermap {
 namespace {
 
-constexpr int kMinSide = 16;
-constexpr int kMaxSide = 20000;
-constexpr long long kMaxPhotosites = 200'000'000;
-constexpr unsigned kMaxRawMegabytes = 1024;
-
 [[noreturn]] void Fail(const std::filesystem::path& path, const std::string& found) {
   throw InputError(path.string() + ": " + found +
                    "; expected a complete raw file (DNG, CR2, CR3, NEF, ARW, ...) with one value a "
@@ -146,17 +141,10 @@ void CountDataError(void* data, const char*, int) {
   ++*static_cast<int*>(data);
 }
 
-void CheckSizes(const libraw_image_sizes_t& sizes, const std::filesystem::path& path) {
-  const auto found = std::to_string(sizes.width) + "x" + std::to_string(sizes.height) + " photosites";
-  if (sizes.width < kMinSide || sizes.height < kMinSide) Fail(path, found + ", which is too small");
-  if (sizes.raw_width > kMaxSide || sizes.raw_height > kMaxSide ||
-      static_cast<long long>(sizes.raw_width) * sizes.raw_height > kMaxPhotosites) {
-    Fail(path, found + ", which is too large");
-  }
-  if (sizes.left_margin + sizes.width > sizes.raw_width ||
-      sizes.top_margin + sizes.height > sizes.raw_height) {
-    Fail(path, "an active area that exceeds the sensor");
-  }
+void CheckSizes(const libraw_image_sizes_t& s, const std::filesystem::path& path) {
+  const std::string problem =
+      RawSizeProblem({s.width, s.height, s.raw_width, s.raw_height, s.left_margin, s.top_margin});
+  if (!problem.empty()) Fail(path, problem);
 }
 
 constexpr unsigned kXTrans = 9;  // LibRaw's code in `filters`
@@ -227,7 +215,7 @@ BayerFrame ReadBayerFrame(const std::filesystem::path& path) {
       std::make_unique<QuickRaw>(bytes);  // some hundred kilobytes: too large for a thread's stack
   int data_errors = 0;
   raw->set_dataerror_handler(CountDataError, &data_errors);
-  raw->imgdata.params.max_raw_memory_mb = kMaxRawMegabytes;
+  raw->imgdata.params.max_raw_memory_mb = kMostRawMemory_mb;
   if (const int code = raw->open_buffer(bytes.data(), bytes.size()); code != LIBRAW_SUCCESS) {
     Fail(path, std::string("not a raw file that can be read (") + libraw_strerror(code) + ")");
   }

@@ -3,8 +3,7 @@
 #include "calibrate/session_sheet.h"
 
 #include <algorithm>
-#include <opencv2/core.hpp>
-#include <opencv2/imgproc.hpp>
+#include <array>
 #include <optional>
 #include <set>
 #include <vector>
@@ -95,25 +94,14 @@ std::string Caption(const Tile& tile) {
   return text;
 }
 
-void Write(cv::Mat& canvas, int x, int y, const std::string& text, double size) {
-  cv::putText(canvas, text, {x + 6, y}, cv::FONT_HERSHEY_SIMPLEX, size, {235, 235, 235}, 1, cv::LINE_AA);
-}
-
-void Draw(Tile& tile, cv::Mat& canvas, int x, int y) {
+void Draw(Tile& tile, int x, int y, Plane<Rgb8>& canvas) {
   const bool good = tile.fault.empty();
-  const Rgb8 colour = good ? kBackground : kBadColour;
-  canvas(cv::Rect(x + 1, y + 1, kTileWidth - 2, kTitleHeight + kTileHeight - 2))
-      .setTo(cv::Scalar(colour[0], colour[1], colour[2]));
-  if (!tile.picture.empty()) {
-    cv::Mat picture(tile.picture.height(), tile.picture.width(), CV_8UC3, tile.picture.data());
-    const double scale =
-        std::min(double(kTileWidth - 8) / picture.cols, double(kTileHeight - 8) / picture.rows);
-    cv::Mat scaled;
-    cv::resize(picture, scaled, {}, scale, scale, cv::INTER_AREA);
-    scaled.copyTo(canvas(cv::Rect(x + 4, y + kTitleHeight, scaled.cols, scaled.rows)));
-  }
-  Write(canvas, x, y + kTitleHeight - 7, Caption(tile), 0.45);
-  if (!good) Write(canvas, x, y + kTitleHeight + kTileHeight / 2, tile.fault, 0.5);
+  for (int row = y + 1; row < y + kTitleHeight + kTileHeight - 1; ++row)
+    std::fill_n(canvas.Row(row) + x + 1, kTileWidth - 2, good ? kBackground : kBadColour);
+  if (!tile.picture.empty())
+    PasteScaled(tile.picture, x + 4, y + kTitleHeight, kTileWidth - 8, kTileHeight - 8, canvas);
+  WriteText(canvas, x + 6, y + kTitleHeight - 7, Caption(tile), 0.45);
+  if (!good) WriteText(canvas, x + 6, y + kTitleHeight + kTileHeight / 2, tile.fault, 0.5);
 }
 
 }  // namespace
@@ -124,17 +112,20 @@ SessionSheet DrawSessionSheet(const Session& session) {
               [&](int i) { Look(session.directory, tiles[static_cast<std::size_t>(i)]); });
   // A role begins a new row.
   int row = 0, column = 0;
-  std::vector<cv::Point> places;
+  std::vector<std::array<int, 2>> places;
   for (std::size_t i = 0; i < tiles.size(); ++i) {
     const bool other_role = i > 0 && tiles[i].role != tiles[i - 1].role;
-    if (column == kColumns || (other_role && column > 0)) ++row, column = 0;
-    places.emplace_back(column++ * kTileWidth, row * (kTitleHeight + kTileHeight));
+    if (column == kColumns || (other_role && column > 0)) {
+      ++row;
+      column = 0;
+    }
+    places.push_back({column * kTileWidth, row * (kTitleHeight + kTileHeight)});
+    ++column;
   }
   SessionSheet sheet;
   sheet.picture = Plane<Rgb8>(kColumns * kTileWidth, (row + 1) * (kTitleHeight + kTileHeight), kBackground);
-  cv::Mat canvas(sheet.picture.height(), sheet.picture.width(), CV_8UC3, sheet.picture.data());
   for (std::size_t i = 0; i < tiles.size(); ++i) {
-    Draw(tiles[i], canvas, places[i].x, places[i].y);
+    Draw(tiles[i], places[i][0], places[i][1], sheet.picture);
     if (!tiles[i].fault.empty()) ++sheet.bad;
   }
   return sheet;

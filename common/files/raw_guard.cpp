@@ -19,6 +19,8 @@
 namespace dermap {
 namespace {
 
+constexpr int kFewestSide_px = 16, kMostSide_px = 20000;
+constexpr long long kMostPhotosites = 200'000'000;
 constexpr std::size_t kHead_bytes = 1U << 18U;  // where makers' names stand, and at the end
 constexpr std::string_view kMaker = "hasselblad";
 
@@ -64,6 +66,17 @@ bool Survives(const Open& open_by) {
 }
 
 }  // namespace
+
+std::string RawSizeProblem(const RawSizes& s) {
+  const std::string found = std::to_string(s.width) + "x" + std::to_string(s.height) + " photosites";
+  if (s.width < kFewestSide_px || s.height < kFewestSide_px) return found + ", which is too small";
+  if (s.raw_width > kMostSide_px || s.raw_height > kMostSide_px ||
+      static_cast<long long>(s.raw_width) * s.raw_height > kMostPhotosites)
+    return found + ", which is too large";
+  if (s.left + s.width > s.raw_width || s.top + s.height > s.raw_height)
+    return "an active area that exceeds the sensor";
+  return "";
+}
 
 bool SurvivesLibRaw(const std::filesystem::path& path) {
   return !NamesMaker(path) || Survives([&](LibRaw& raw) { raw.open_file(path.c_str()); });

@@ -65,18 +65,25 @@ TEST(PrepareStack, MissingPixelSizeNamesTheOption) {
 }
 
 // A stack without one number cannot be fitted; one number is enough for one parameter.
-// docs/formats.md: what is asked for, else the stack's own, else a thousandth.
+// docs/formats.md: what is asked for, else the stack's own, else a thousandth, of which error bars then allow
+// for twice as much.
 TEST(PrepareStack, SharedErrorIsAskedForOrTheStacksOrTheDefault) {
   ReflectanceStack stack = GrayStack(8);
   FitOptions options;
   std::vector<std::string> decisions;
-  EXPECT_EQ(PrepareStack(stack, options, 5, decisions).shared_error, kSharedError);
+  const FitData unstated = PrepareStack(stack, options, 5, decisions);
+  EXPECT_EQ(unstated.shared_error, kSharedError);
+  EXPECT_EQ(unstated.shared_error_allowance, kUnstatedAllowance);
   EXPECT_THAT(decisions, testing::Not(Contains(HasSubstr("as the stack says"))));
   stack.shared_error = 0.0;
-  EXPECT_EQ(PrepareStack(stack, options, 5, decisions).shared_error, 0.0);
+  const FitData stated = PrepareStack(stack, options, 5, decisions);
+  EXPECT_EQ(stated.shared_error, 0.0);
+  EXPECT_EQ(stated.shared_error_allowance, 1.0);
   EXPECT_THAT(decisions, Contains(HasSubstr("as the stack says")));
   options.shared_error = 0.02;
-  EXPECT_EQ(PrepareStack(stack, options, 5, decisions).shared_error, 0.02);
+  const FitData asked = PrepareStack(stack, options, 5, decisions);
+  EXPECT_EQ(asked.shared_error, 0.02);
+  EXPECT_EQ(asked.shared_error_allowance, 1.0);
 }
 
 TEST(PrepareStack, AllMissingIsAnError) {
